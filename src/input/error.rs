@@ -1,0 +1,75 @@
+//! What can be wrong with an input, with the place in the file and what to do about it.
+
+use std::io;
+use std::path::PathBuf;
+
+/// An input that cannot be read or that is not a mesh.
+#[derive(Debug, thiserror::Error)]
+pub enum InputError {
+    /// The operating system refused.
+    #[error("{path}: {source}", path = path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// The path names a directory, a pipe, a device.
+    #[error("{path}: not a regular file", path = path.display())]
+    NotAFile {
+        /// The path as given.
+        path: PathBuf,
+    },
+    /// The file is not in a format that is read here.
+    #[error("{path}: {reason}", path = path.display())]
+    Format {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong and what to do.
+        reason: String,
+    },
+    /// The file ends before what its header announces.
+    #[error("{path}: the file is truncated: element `{element}` needs {needed} bytes from offset {offset} on, but the file has {length}", path = path.display())]
+    Truncated {
+        /// The file.
+        path: PathBuf,
+        /// The element that does not fit.
+        element: String,
+        /// Where that element starts, in bytes.
+        offset: u64,
+        /// How many bytes it needs at least.
+        needed: u64,
+        /// Length of the file in bytes.
+        length: u64,
+    },
+    /// A face names a vertex that does not exist.
+    #[error("{path}: face {face} at byte {offset} names vertex {index}, but the file has {vertices} vertices", path = path.display())]
+    IndexOutOfRange {
+        /// The file.
+        path: PathBuf,
+        /// The record of element `face`, counted from 0 before polygons are cut.
+        face: u64,
+        /// Where its record starts, in bytes.
+        offset: u64,
+        /// What it names.
+        index: i64,
+        /// How many vertices there are.
+        vertices: u64,
+    },
+    /// A coordinate is NaN, infinite, or too large to be multiplied.
+    #[error("{path}: vertex {vertex} at byte {offset} has the position ({x}, {y}, {z}): coordinates must be finite and below 1e75 in magnitude", path = path.display())]
+    BadCoordinate {
+        /// The file.
+        path: PathBuf,
+        /// The vertex.
+        vertex: u64,
+        /// Where its record starts, in bytes.
+        offset: u64,
+        /// As read.
+        x: f64,
+        /// As read.
+        y: f64,
+        /// As read.
+        z: f64,
+    },
+}

@@ -1,0 +1,69 @@
+//! Files in, triangles out: random access to a mesh that need not fit into memory.
+//!
+//! A [`MeshSource`] hands out *blocks* of consecutive triangles and positions by vertex id. Whatever it hands out has
+//! been checked: indices are in range and list lengths fit the file, so that nothing behind this layer needs to
+//! mistrust the input. Coordinates are handed out as they are; the scan refuses those that are not finite.
+
+mod error;
+
+pub use error::InputError;
+
+use crate::mesh::{FaceId, VertexId};
+use glam::DVec3;
+
+/// Consecutive triangles of the input, in file order.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct FaceBlock {
+    /// Global id of the first triangle.
+    pub first: FaceId,
+    /// Corners of each triangle, in the order of the file.
+    pub corners: Vec<[VertexId; 3]>,
+}
+
+/// Random access to a triangle mesh.
+///
+/// Implementations are shared between threads; every method may be called from several at a time.
+pub trait MeshSource: Sync {
+    /// What to call this mesh in messages (usually the path).
+    fn name(&self) -> String;
+
+    /// Number of vertices, referenced or not.
+    fn vertex_count(&self) -> u64;
+
+    /// Number of triangles, after polygons were cut into fans.
+    fn face_count(&self) -> u64;
+
+    /// Number of blocks of consecutive triangles.
+    fn block_count(&self) -> usize;
+
+    /// Reads block `block` (`< block_count`) into `out`, whose previous content is dropped.
+    ///
+    /// # Errors
+    /// If the file cannot be read, or a corner names a vertex that does not exist.
+    fn read_block(&self, block: usize, out: &mut FaceBlock) -> Result<(), InputError>;
+
+    /// Appends the positions of `count` vertices from `first` on to `out`.
+    ///
+    /// # Errors
+    /// If the file cannot be read.
+    fn read_positions(&self, first: VertexId, count: usize, out: &mut Vec<DVec3>) -> Result<(), InputError>;
+
+    /// Replaces `out` by the positions of `ids`, which must be strictly ascending.
+    ///
+    /// # Errors
+    /// If the file cannot be read.
+    fn gather_positions(&self, ids: &[VertexId], out: &mut Vec<DVec3>) -> Result<(), InputError>;
+
+    /// Replaces `out` by the positions of the three corners of each triangle.
+    ///
+    /// # Errors
+    /// If the file cannot be read.
+    fn corner_positions(
+        &self,
+        corners: &[[VertexId; 3]],
+        out: &mut Vec<[DVec3; 3]>,
+    ) -> Result<(), InputError>;
+
+    /// Where the vertex is stored: its byte offset in the file, if there is a file.
+    fn vertex_offset(&self, id: VertexId) -> Option<u64>;
+}
