@@ -56,6 +56,42 @@ pub enum InputError {
         /// How many vertices there are.
         vertices: u64,
     },
+    /// A record with lists cannot be read as what the header says.
+    #[error("{path}: record {record} of element `{element}` at byte {offset}: {reason}", path = path.display())]
+    BadRecord {
+        /// The file.
+        path: PathBuf,
+        /// The element the record belongs to.
+        element: String,
+        /// The record, counted from 0 within its element.
+        record: u64,
+        /// Where it starts, in bytes.
+        offset: u64,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// A face given in memory names a vertex that does not exist.
+    #[error("face {face} names vertex {index}, but only {vertices} vertices were given")]
+    MemoryIndex {
+        /// The face, counted from 0.
+        face: u64,
+        /// What it names.
+        index: u32,
+        /// How many positions were given.
+        vertices: u64,
+    },
+    /// The caller asked for something the mesh does not have.
+    #[error("{name}: {what} {index} was asked for, but there are only {count}")]
+    NoSuch {
+        /// The mesh.
+        name: String,
+        /// What was asked for: `vertex` or `block`.
+        what: &'static str,
+        /// Which one.
+        index: u64,
+        /// How many there are.
+        count: u64,
+    },
     /// A coordinate is NaN, infinite, or too large to be multiplied.
     #[error("{path}: vertex {vertex} at byte {offset} has the position ({x}, {y}, {z}): coordinates must be finite and below 1e75 in magnitude", path = path.display())]
     BadCoordinate {

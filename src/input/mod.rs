@@ -4,12 +4,22 @@
 //! been checked: indices are in range and list lengths fit the file, so that nothing behind this layer needs to
 //! mistrust the input. Coordinates are handed out as they are; the scan refuses those that are not finite.
 
+mod bytes;
 mod error;
+mod map;
+mod memory;
+pub mod ply;
 
+pub use bytes::{ByteSource, IoMode};
 pub use error::InputError;
+pub use memory::MemorySource;
+pub use ply::PlySource;
 
 use crate::mesh::{FaceId, VertexId};
 use glam::DVec3;
+
+/// Polygons per block, unless the mesh is so large that there would be too many blocks.
+pub const BLOCK: u64 = 4096;
 
 /// Consecutive triangles of the input, in file order.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
