@@ -1,5 +1,13 @@
-//! What a mesh is to the rest of the program: id spaces, and the mesh of one tile with its adjacency.
+//! What a mesh is to the rest of the program: id spaces, the mesh of one tile with its adjacency, and values on it.
 
+mod csr;
+mod field;
 mod ids;
+mod tile_mesh;
 
+pub use csr::Csr;
+pub use field::Field;
 pub use ids::{FaceId, TileId, VertexId};
+pub use tile_mesh::{EdgeUse, TileMesh};
+#[cfg(test)]
+pub(crate) use tile_mesh::tests::whole;

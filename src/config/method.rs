@@ -1,0 +1,99 @@
+//! The constants of the robust method, in one table.
+//!
+//! Lengths are in units of k h (h: median side, k = sigma / 3h), angles in degrees, so that this page can be held
+//! beside section 1 of `docs/ALGORITHM.md`. Step counts appear twice in the program, in the loops that make the steps
+//! and in the halo that must cover them; both read them here.
+
+/// Standard sigma in median edge lengths: three rings, the smallest scale at which the noise of a scan averages out
+/// while walls three edges apart are still told apart.
+pub const SIGMA_EDGES: f64 = 3.0;
+/// Below one edge the neighbourhood is empty; above thirty the rounds (they grow with the square) reach across any tile.
+pub const SIGMA_EDGES_RANGE: (f64, f64) = (1.0, 30.0);
+
+/// A face counts as degenerate when twice its area is at most this many h^2: far below any sliver a scanner or a CAD
+/// kernel emits, far above the rounding of a cross product of coordinates near the origin.
+pub const DEGENERATE_AREA: f64 = 1e-10;
+
+/// Edge of a level cube. 27 of them hold some 2,000 vertices of a surface: enough for a quantile, small enough to follow
+/// a change of noise or curvature.
+pub const LEVEL_CUBE: f64 = 6.0;
+/// Quantile of the edge chords that is the noise: the median ignores creases as long as they are the minority.
+pub const NOISE_QUANTILE: f64 = 0.5;
+/// Quantile of the fold angles that is the background: low, because in dense parts most vertices lie on features.
+pub const BACKGROUND_QUANTILE: f64 = 0.3;
+
+/// Refinement: most rounds a face takes part in.
+pub const REFINE_ROUNDS: f64 = 20.0;
+/// Refinement: rounds per radian of local noise. More rounds than the noise asks for would facet smooth surfaces.
+pub const REFINE_SLOPE: f64 = 80.0;
+/// Refinement: width of the range kernel in local noise levels; folds narrower than this are averaged linearly.
+pub const RANGE_KAPPA: f64 = 4.0;
+/// Refinement: narrowest range kernel, so that float noise on a plane is averaged at all.
+pub const RANGE_MIN_DEG: f64 = 1.5;
+/// Refinement: widest range kernel after round 0, so that a right angle survives any noise.
+pub const RANGE_MAX_DEG: f64 = 50.0;
+
+/// Tensors: votes after the first, for k = 1.
+pub const REVOTES: f64 = 3.0;
+
+/// Local threshold in background levels.
+pub const THRESHOLD_BACKGROUND: f64 = 2.0;
+/// Smallest local threshold: below this a fold is rounding.
+pub const THRESHOLD_MIN_DEG: f64 = 0.6;
+/// Largest local threshold: a fold of 20 degrees is a crease in any surrounding.
+pub const THRESHOLD_MAX_DEG: f64 = 20.0;
+
+/// Corner: smallest ball part as an angle.
+pub const CORNER_MIN_DEG: f64 = 20.0;
+/// Corner: smallest ratio of the ball part to the plate part.
+pub const CORNER_RATIO: f64 = 0.4;
+/// A weak edge becomes a sharp edge at this fold angle.
+pub const SHARP_DEG: f64 = 30.0;
+
+/// Contrast: vertices of a walk across the line.
+pub const CONTRAST_STEPS: usize = 5;
+/// Contrast: how far that walk may lead. Less than a level cube, which the halo makes use of.
+pub const CONTRAST_REACH: f64 = 5.0;
+
+/// Trace: vertices followed on each side.
+pub const TRACE_STEPS: usize = 5;
+/// Trace: vertices below this share of the local threshold are not followed.
+pub const TRACE_LOW: f64 = 0.5;
+/// All walks: cosine of the widest angle (60 degrees) between a step and the direction of travel.
+pub const CONE_COS: f64 = 0.5;
+/// Trace: cosine of the widest turn (45 degrees) between neighbouring line directions.
+pub const TURN_COS: f64 = std::f64::consts::FRAC_1_SQRT_2;
+
+/// Support: share of the fold that must stand out against the surroundings.
+pub const CREST_CONTRAST: f64 = 0.35;
+/// The same for a strong vertex.
+pub const STRONG_CONTRAST: f64 = 0.5;
+/// No smooth surface folds this much within a ring: such a fold needs no contrast.
+pub const SURE_DEG: f64 = 45.0;
+/// A strong vertex exceeds its threshold by this factor.
+pub const STRONG_MEASURE: f64 = 1.6;
+
+/// Thinning: most rounds of averaging along the line.
+pub const AVERAGE_ROUNDS: usize = 8;
+/// Thinning: radius of the non-maximum suppression.
+pub const THIN_RADIUS: f64 = 1.6;
+/// Thinning: a neighbour lies across the line when (e.b)^2 is at least this many (e.t)^2.
+pub const THIN_SIDE: f64 = 2.5;
+
+/// Linking: steps of a path.
+pub const LINK_STEPS: usize = 3;
+/// Linking: vertices on the way need this share of the threshold.
+pub const LINK_MEASURE: f64 = 0.6;
+/// Linking: vertices on the way need this share of the crest contrast.
+pub const LINK_CONTRAST: f64 = 0.7;
+
+/// Graph: a path whose ends are already this close along the graph would only double a line.
+pub const LOOP_LENGTH: f64 = 6.0;
+/// The same, more for each refinement round at the ends: noise blurs the line.
+pub const LOOP_PER_ROUND: f64 = 0.1;
+/// Graph: shorter dangling branches are pruned.
+pub const PRUNE_LENGTH: f64 = 6.0;
+/// Graph: shorter components are dropped.
+pub const MIN_LENGTH: f64 = 8.0;
+/// Graph: least share of a component's length that must lie between strong vertices.
+pub const STRONG_SHARE: f64 = 0.25;

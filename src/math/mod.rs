@@ -1,0 +1,22 @@
+//! Small exact-order numerics: everything here uses + - * / sqrt, and `libm` where that does not do, so that the bits
+//! of a result depend on its operands alone and not on the machine.
+
+mod sym3;
+
+pub use sym3::{Eigen, Sym3};
+
+use glam::DVec3;
+
+/// Radians in one degree.
+pub const DEGREE: f64 = std::f64::consts::PI / 180.0;
+
+/// `v` scaled to unit length; a vector that is zero stays zero.
+pub fn unit(v: DVec3) -> DVec3 {
+    v / v.dot(v).sqrt().max(1e-300)
+}
+
+/// The angle whose tangent is the root of `ratio`: turns an eigenvalue ratio of an even plate tensor into half the fold
+/// angle it came from.
+pub fn half_fold(ratio: f64) -> f64 {
+    libm::atan(ratio.sqrt())
+}

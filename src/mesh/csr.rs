@@ -1,0 +1,63 @@
+//! Lists of lists in two arrays (compressed sparse rows).
+
+/// Row i is `items[offsets[i]..offsets[i + 1]]`.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Csr {
+    offsets: Vec<u32>,
+    items: Vec<u32>,
+}
+
+impl Csr {
+    /// From the length of each row and all items, row after row.
+    ///
+    /// # Panics
+    /// If the lengths do not add up to the number of items, or that number exceeds 32 bits; tiles are kept below that.
+    pub fn from_rows(lengths: impl Iterator<Item = u32>, items: Vec<u32>) -> Csr {
+        let mut offsets = vec![0u32];
+        let mut end = 0u32;
+        offsets.extend(lengths.map(|n| {
+            end = end.checked_add(n).expect("a tile has fewer than 2^32 adjacencies");
+            end
+        }));
+        assert_eq!(end as usize, items.len());
+        Csr { offsets, items }
+    }
+
+    /// Inverts "item -> three rows" to "row -> ascending items" by counting.
+    pub fn invert(rows: usize, triples: &[[u32; 3]]) -> Csr {
+        let mut offsets = vec![0u32; rows + 1];
+        for v in triples.iter().flatten() {
+            offsets[*v as usize + 1] += 1;
+        }
+        for i in 0..rows {
+            offsets[i + 1] += offsets[i];
+        }
+        let mut next = offsets.clone();
+        let mut items = vec![0u32; 3 * triples.len()];
+        for (f, triple) in triples.iter().enumerate() {
+            for v in triple {
+                let slot = &mut next[*v as usize];
+                items[*slot as usize] = f as u32;
+                *slot += 1;
+            }
+        }
+        Csr { offsets, items }
+    }
+
+    /// Number of rows.
+    pub fn rows(&self) -> usize {
+        self.offsets.len().saturating_sub(1)
+    }
+
+    /// The items of row `i`.
+    #[inline]
+    pub fn row(&self, i: u32) -> &[u32] {
+        &self.items[self.span(i)]
+    }
+
+    /// Where row `i` lies in the item array, for arrays that run parallel to it.
+    #[inline]
+    pub fn span(&self, i: u32) -> std::ops::Range<usize> {
+        self.offsets[i as usize] as usize..self.offsets[i as usize + 1] as usize
+    }
+}

@@ -1,0 +1,237 @@
+//! The mesh of one tile: what was loaded, under local indices, with its adjacency.
+//!
+//! In: triangles in ascending global order with positions, and which vertices are *complete* (all their faces were
+//! loaded). Out: one-rings and faces around each vertex, both ascending, so that a sum over them is the same sum in
+//! every tile. Non-manifold edges need no special case: all their faces are around both their ends.
+//!
+//! Invariant: for a complete vertex, the faces around it and its one-ring are those of the whole mesh.
+
+use super::{Csr, FaceId, VertexId};
+use glam::DVec3;
+use rayon::prelude::*;
+
+/// Vertices, faces and adjacency of a tile. Local indices ascend with global ids.
+#[derive(Debug, Default)]
+pub struct TileMesh {
+    /// Global id of each vertex, ascending.
+    pub vertex_ids: Vec<VertexId>,
+    /// Position of each vertex, as in the file.
+    pub positions: Vec<DVec3>,
+    /// Global id of each face, ascending.
+    pub face_ids: Vec<FaceId>,
+    /// Local corners of each face, in the order of the file.
+    pub corners: Vec<[u32; 3]>,
+    /// Faces around each vertex, ascending.
+    pub faces_around: Csr,
+    /// One-ring of each vertex, ascending.
+    pub ring: Csr,
+    /// Whether everything around the vertex was loaded.
+    pub complete: Vec<bool>,
+    /// Faces that repeat the corners of a face of lower id, in any order and direction: they were left out. Their least
+    /// corner (local) is kept so that exactly one tile counts them.
+    pub duplicates: Vec<u32>,
+}
+
+/// One face at an edge, seen from one end.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct EdgeUse {
+    /// The other end.
+    pub other: u32,
+    /// The face.
+    pub face: u32,
+    /// Whether the face runs along the edge from this end to the other.
+    pub outward: bool,
+}
+
+/// Vertices handled by one parallel task: large enough to hide its cost, small enough to balance.
+const CHUNK: usize = 4096;
+
+impl TileMesh {
+    /// Builds the adjacency. Faces with a repeated corner must have been left out; duplicate faces are left out here.
+    pub fn new(
+        vertex_ids: Vec<VertexId>,
+        positions: Vec<DVec3>,
+        mut face_ids: Vec<FaceId>,
+        mut corners: Vec<[u32; 3]>,
+        complete: Vec<bool>,
+    ) -> TileMesh {
+        let n = vertex_ids.len();
+        let mut faces_around = Csr::invert(n, &corners);
+        let repeated = duplicate_faces(&corners, &faces_around);
+        let duplicates = repeated.iter().map(|&f| least(&corners[f as usize])).collect();
+        if !repeated.is_empty() {
+            let mut keep = vec![true; corners.len()];
+            repeated.iter().for_each(|&f| keep[f as usize] = false);
+            let mut kept = keep.iter();
+            corners.retain(|_| *kept.next().unwrap_or(&true));
+            let mut kept = keep.iter();
+            face_ids.retain(|_| *kept.next().unwrap_or(&true));
+            faces_around = Csr::invert(n, &corners);
+        }
+        let ring = one_rings(n, &corners, &faces_around);
+        TileMesh { vertex_ids, positions, face_ids, corners, faces_around, ring, complete, duplicates }
+    }
+
+    /// Number of vertices.
+    pub fn vertex_count(&self) -> usize {
+        self.vertex_ids.len()
+    }
+
+    /// Number of faces.
+    pub fn face_count(&self) -> usize {
+        self.corners.len()
+    }
+
+    /// Position of vertex `v`.
+    #[inline]
+    pub fn position(&self, v: u32) -> DVec3 {
+        self.positions[v as usize]
+    }
+
+    /// Global id of vertex `v`.
+    #[inline]
+    pub fn id(&self, v: u32) -> VertexId {
+        self.vertex_ids[v as usize]
+    }
+
+    /// One-ring of `v`, ascending. In debug builds `v` must be complete.
+    #[inline]
+    #[track_caller]
+    pub fn ring_of(&self, v: u32) -> &[u32] {
+        debug_assert!(self.complete[v as usize], "the one-ring of {} was not loaded whole", self.id(v));
+        self.ring.row(v)
+    }
+
+    /// Faces around `v`, ascending. In debug builds `v` must be complete.
+    #[inline]
+    #[track_caller]
+    pub fn faces_of(&self, v: u32) -> &[u32] {
+        debug_assert!(self.complete[v as usize], "the faces around {} were not loaded whole", self.id(v));
+        self.faces_around.row(v)
+    }
+
+    /// Barycentre of face `f`.
+    #[inline]
+    pub fn barycentre(&self, f: u32) -> DVec3 {
+        let [a, b, c] = self.corners[f as usize].map(|v| self.position(v));
+        (a + b + c) / 3.0
+    }
+
+    /// Fills `uses` with the edges at `v`, sorted by other end and then by face: the faces of an edge are consecutive
+    /// ([`slice::chunk_by`] on `other`).
+    pub fn edge_uses(&self, v: u32, uses: &mut Vec<EdgeUse>) {
+        uses.clear();
+        for &face in self.faces_around.row(v) {
+            let [a, b, c] = self.corners[face as usize];
+            let (next, previous) = if v == a {
+                (b, c)
+            } else if v == b {
+                (c, a)
+            } else {
+                (a, b)
+            };
+            uses.push(EdgeUse { other: next, face, outward: true });
+            uses.push(EdgeUse { other: previous, face, outward: false });
+        }
+        uses.sort_unstable();
+    }
+}
+
+/// Smallest corner of a face.
+fn least(corners: &[u32; 3]) -> u32 {
+    corners[0].min(corners[1]).min(corners[2])
+}
+
+/// Faces that have the same three corners as a face of lower id, ascending.
+fn duplicate_faces(corners: &[[u32; 3]], faces_around: &Csr) -> Vec<u32> {
+    let sorted = |f: u32| {
+        let mut c = corners[f as usize];
+        c.sort_unstable();
+        c
+    };
+    let vertices: Vec<u32> = (0..faces_around.rows() as u32).collect();
+    let per_chunk: Vec<Vec<u32>> = vertices
+        .par_chunks(CHUNK)
+        .map(|chunk| {
+            let mut found = Vec::new();
+            let mut seen: Vec<([u32; 3], u32)> = Vec::new();
+            for &v in chunk {
+                seen.clear();
+                seen.extend(faces_around.row(v).iter().map(|&f| (sorted(f), f)).filter(|(c, _)| c[0] == v));
+                seen.sort_unstable();
+                found.extend(seen.windows(2).filter(|w| w[0].0 == w[1].0).map(|w| w[1].1));
+            }
+            found
+        })
+        .collect();
+    let mut all = per_chunk.concat();
+    all.sort_unstable();
+    all
+}
+
+/// The other corners of the faces around each vertex, ascending.
+fn one_rings(n: usize, corners: &[[u32; 3]], faces_around: &Csr) -> Csr {
+    let vertices: Vec<u32> = (0..n as u32).collect();
+    let per_chunk: Vec<(Vec<u32>, Vec<u32>)> = vertices
+        .par_chunks(CHUNK)
+        .map(|chunk| {
+            let (mut lengths, mut items) = (Vec::with_capacity(chunk.len()), Vec::with_capacity(7 * chunk.len()));
+            let mut ring = Vec::new();
+            for &v in chunk {
+                ring.clear();
+                for &f in faces_around.row(v) {
+                    ring.extend(corners[f as usize].iter().copied().filter(|&u| u != v));
+                }
+                ring.sort_unstable();
+                ring.dedup();
+                lengths.push(ring.len() as u32);
+                items.extend_from_slice(&ring);
+            }
+            (lengths, items)
+        })
+        .collect();
+    let mut items = Vec::with_capacity(per_chunk.iter().map(|(_, i)| i.len()).sum());
+    per_chunk.iter().for_each(|(_, i)| items.extend_from_slice(i));
+    Csr::from_rows(per_chunk.iter().flat_map(|(l, _)| l.iter().copied()), items)
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+
+    /// A mesh that was loaded whole, ids counted from 0.
+    pub(crate) fn whole(positions: &[DVec3], corners: &[[u32; 3]]) -> TileMesh {
+        TileMesh::new(
+            (0..positions.len() as u64).map(VertexId).collect(),
+            positions.to_vec(),
+            (0..corners.len() as u64).map(FaceId).collect(),
+            corners.to_vec(),
+            vec![true; positions.len()],
+        )
+    }
+
+    #[test]
+    fn rings_and_faces_ascend() {
+        let mesh = whole(&[DVec3::ZERO; 5], &[[4, 0, 2], [0, 4, 1], [2, 0, 3]]);
+        assert_eq!(mesh.ring_of(0), [1, 2, 3, 4]);
+        assert_eq!(mesh.faces_of(0), [0, 1, 2]);
+        assert_eq!(mesh.ring_of(3), [0, 2]);
+    }
+
+    #[test]
+    fn duplicate_faces_are_left_out_whatever_their_direction() {
+        let mesh = whole(&[DVec3::ZERO; 4], &[[0, 1, 2], [1, 2, 3], [2, 1, 0], [1, 2, 0]]);
+        assert_eq!(mesh.corners, [[0, 1, 2], [1, 2, 3]]);
+        assert_eq!(mesh.face_ids, [FaceId(0), FaceId(1)]);
+        assert_eq!(mesh.duplicates, [0, 0]);
+    }
+
+    #[test]
+    fn edges_know_their_direction() {
+        let mesh = whole(&[DVec3::ZERO; 5], &[[0, 1, 2], [1, 0, 3], [0, 1, 4]]);
+        let mut uses = Vec::new();
+        mesh.edge_uses(0, &mut uses);
+        let edge: Vec<_> = uses.iter().filter(|u| u.other == 1).map(|u| (u.face, u.outward)).collect();
+        assert_eq!(edge, [(0, true), (1, false), (2, true)]);
+    }
+}

@@ -1,0 +1,50 @@
+//! Why a result could not be written.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// An output that cannot be written.
+#[derive(Debug, thiserror::Error)]
+pub enum OutputError {
+    /// The operating system refused.
+    #[error("{path}: {action}: {source}", path = path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// What was being done.
+        action: &'static str,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// The output is there already.
+    #[error("{path}: exists already; give --force to replace it", path = path.display())]
+    Exists {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The result has more elements than the format can count.
+    #[error("{path}: {count} {what} are more than the format can index", path = path.display())]
+    TooLarge {
+        /// The file.
+        path: PathBuf,
+        /// How many.
+        count: u64,
+        /// Of what.
+        what: &'static str,
+    },
+}
+
+impl OutputError {
+    /// Wraps what the system said, for [`Result::map_err`].
+    pub(super) fn io(path: &Path, action: &'static str) -> impl Fn(io::Error) -> OutputError + use<> {
+        let path = path.to_owned();
+        move |source| OutputError::Io { path: path.clone(), action, source }
+    }
+
+    /// Whether the disk is full or a quota is used up.
+    pub fn is_out_of_space(&self) -> bool {
+        use io::ErrorKind::{FileTooLarge, QuotaExceeded, StorageFull};
+        matches!(self, OutputError::Io { source, .. }
+            if matches!(source.kind(), StorageFull | QuotaExceeded | FileTooLarge))
+    }
+}

@@ -1,0 +1,107 @@
+//! A file that appears under its name only when it is whole.
+//!
+//! It is written as `NAME.part` beside its place, synced, and renamed; the directory is synced last, so that the name
+//! survives a power cut as well as the bytes. A part that is not committed is removed.
+
+use super::OutputError;
+use std::fs::{File, OpenOptions};
+use std::path::{Path, PathBuf};
+
+/// An output that is being written.
+pub struct PartFile {
+    target: PathBuf,
+    part: PathBuf,
+    file: File,
+    committed: bool,
+}
+
+impl PartFile {
+    /// Begins to write `target`. An existing file is not touched until [`PartFile::commit`].
+    ///
+    /// # Errors
+    /// If the part cannot be created.
+    pub fn create(target: &Path) -> Result<PartFile, OutputError> {
+        let mut name = target.file_name().unwrap_or_default().to_owned();
+        name.push(".part");
+        let part = target.with_file_name(name);
+        let file = OpenOptions::new()
+            .read(true)
+            .write(true)
+            .create(true)
+            .truncate(true)
+            .open(&part)
+            .map_err(OutputError::io(target, "cannot create the file"))?;
+        Ok(PartFile { target: target.to_owned(), part, file, committed: false })
+    }
+
+    /// The file to write to.
+    pub fn file(&self) -> &File {
+        &self.file
+    }
+
+    /// The name it will have.
+    pub fn target(&self) -> &Path {
+        &self.target
+    }
+
+    /// Makes the file durable and gives it its name.
+    ///
+    /// # Errors
+    /// If the system refuses; the target is then as it was before.
+    pub fn commit(mut self) -> Result<(), OutputError> {
+        self.file.sync_all().map_err(OutputError::io(&self.target, "cannot sync the file"))?;
+        std::fs::rename(&self.part, &self.target)
+            .map_err(OutputError::io(&self.target, "cannot give the file its name"))?;
+        self.committed = true;
+        let parent = match self.target.parent() {
+            Some(parent) if parent != Path::new("") => parent,
+            _ => Path::new("."),
+        };
+        File::open(parent)
+            .and_then(|directory| directory.sync_all())
+            .map_err(OutputError::io(&self.target, "cannot sync the directory"))
+    }
+}
+
+impl Drop for PartFile {
+    fn drop(&mut self) {
+        if !self.committed {
+            // Nothing can be done about a part that cannot be removed, and nobody mistakes it for a result.
+            let _ = std::fs::remove_file(&self.part);
+        }
+    }
+}
+
+/// Refuses to replace what is there, before any work is done for it.
+///
+/// # Errors
+/// If `target` exists and `force` is not given.
+pub fn check_target(target: &Path, force: bool) -> Result<(), OutputError> {
+    match target.try_exists() {
+        Ok(true) if !force => Err(OutputError::Exists { path: target.to_owned() }),
+        Ok(_) => Ok(()),
+        Err(source) => Err(OutputError::Io { path: target.to_owned(), action: "cannot look at it", source }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::io::Write;
+
+    #[test]
+    fn a_file_appears_when_it_is_whole() {
+        let dir = tempfile::tempdir().expect("a temporary directory");
+        let target = dir.path().join("a.ply");
+        let part = PartFile::create(&target).expect("create");
+        part.file().write_all(b"half").expect("write");
+        assert!(!target.exists());
+        drop(part);
+        assert_eq!(std::fs::read_dir(dir.path()).expect("list").count(), 0);
+        let part = PartFile::create(&target).expect("create");
+        part.file().write_all(b"whole").expect("write");
+        part.commit().expect("commit");
+        assert_eq!(std::fs::read(&target).expect("read"), b"whole");
+        assert!(check_target(&target, false).is_err() && check_target(&target, true).is_ok());
+    }
+}

@@ -1,0 +1,359 @@
+//! What a vertex depends on, and the certificate that a tile has loaded all of it.
+//!
+//! This is the one place that knows how far the steps of the method reach. Going backwards from the vertices a tile owns:
+//!
+//! | needed | where | because |
+//! |---|---|---|
+//! | links | owned vertices | the result |
+//! | ridge, support, R | [`Reach::link_steps`] rings more | a path has so many steps |
+//! | R | thinning radius around those, and their one-ring | a ridge vertex compares itself with them |
+//! | theta, t | [`Reach::average_rounds`] rings around those | R is averaged along the line |
+//! | theta, t, contrast, threshold | [`Reach::trace_steps`] rings around the supported ones | support is traced |
+//! | theta | the 27 level cubes around each of those | the threshold is a level; a contrast walk stays inside them too |
+//! | first tensors | [`Reach::revotes`] rings around every theta | tensors vote again |
+//! | refined normals | faces around those | |
+//! | normals of earlier rounds | as many rings of faces as the local number of rounds K | [`round_demand`] |
+//! | noise level | the 27 cubes around each such face | K and the kernel width |
+//!
+//! Rings are rings of the mesh and are certified: where a vertex whose surroundings are asked for lies outside the
+//! loaded region, a [`Gap`] says so and the region grows. In: a tile mesh and its region. Out: lists of the vertices and
+//! faces at which each step must be computed, or the gaps.
+
+use super::cells::Cell;
+use super::lattice::{Cube, CubeBox, Lattice};
+use super::plan::{Plan, Scale};
+use super::region::{Gap, Region};
+use crate::config::method;
+use crate::mesh::TileMesh;
+use rayon::prelude::*;
+use std::collections::{HashMap, HashSet};
+
+/// How far each step reaches.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reach {
+    /// Rings of a link path.
+    pub link_steps: usize,
+    /// Radius of thinning in mesh units.
+    pub thin_radius: f64,
+    /// Rings of the average along the line.
+    pub average_rounds: usize,
+    /// Rings of a support trace.
+    pub trace_steps: usize,
+    /// Rings of the repeated tensor vote.
+    pub revotes: usize,
+    /// Share of the refinement rounds that is accounted for; 1 unless a test wants to see a thin halo caught.
+    pub rounds: f64,
+}
+
+impl Reach {
+    /// What the method reaches at this scale.
+    pub fn new(scale: &Scale) -> Reach {
+        Reach {
+            link_steps: method::LINK_STEPS,
+            thin_radius: scale.length(method::THIN_RADIUS),
+            average_rounds: method::AVERAGE_ROUNDS,
+            trace_steps: method::TRACE_STEPS,
+            revotes: scale.rounds(method::REVOTES),
+            rounds: 1.0,
+        }
+    }
+
+    /// Every reach times `factor`, rounded down: for showing that a halo which is too thin does not go unnoticed.
+    pub fn scaled(&self, factor: f64) -> Reach {
+        let rings = |n: usize| (n as f64 * factor).floor() as usize;
+        Reach {
+            link_steps: rings(self.link_steps),
+            thin_radius: self.thin_radius * factor,
+            average_rounds: rings(self.average_rounds),
+            trace_steps: rings(self.trace_steps),
+            revotes: rings(self.revotes),
+            rounds: self.rounds * factor,
+        }
+    }
+
+    /// A margin, in cubes, that is usually enough for a mesh with up to `rounds` refinement rounds: a ring is about one
+    /// median edge, a level reaches up to two cubes.
+    pub fn margin(&self, rounds: u32) -> i64 {
+        let rings = self.link_steps + self.trace_steps + self.revotes + 1 + rounds as usize;
+        2 + 2 + (rings as f64 / method::LEVEL_CUBE).ceil() as i64
+    }
+}
+
+/// A set of vertices and the rings around it.
+#[derive(Clone, Debug, Default)]
+pub struct Rings {
+    /// Ring after ring, each ascending.
+    list: Vec<u32>,
+    /// Where ring i ends.
+    ends: Vec<usize>,
+}
+
+impl Rings {
+    /// All vertices up to ring `ring` (0 is the set itself).
+    pub fn within(&self, ring: usize) -> &[u32] {
+        &self.list[..self.ends[ring.min(self.ends.len() - 1)]]
+    }
+
+    /// All vertices.
+    pub fn all(&self) -> &[u32] {
+        &self.list
+    }
+
+    /// Grows `seeds` (ascending) by `rings` rings. Vertices at which the mesh was not loaded whole become gaps.
+    fn grow(tile: &Loaded, seeds: Vec<u32>, rings: usize, gaps: &mut HashSet<Gap>) -> Rings {
+        let mut inside = vec![false; tile.mesh.vertex_count()];
+        seeds.iter().for_each(|&v| inside[v as usize] = true);
+        let mut rest = Rings { ends: vec![seeds.len()], list: seeds };
+        for ring in 0..rings {
+            let from = if ring == 0 { 0 } else { rest.ends[ring - 1] };
+            let mut next = Vec::new();
+            for &v in &rest.list[from..] {
+                if !tile.certified(v, rings - ring, gaps) {
+                    continue;
+                }
+                for &u in tile.mesh.ring_of(v) {
+                    if !inside[u as usize] {
+                        inside[u as usize] = true;
+                        next.push(u);
+                    }
+                }
+            }
+            next.sort_unstable();
+            rest.list.extend(next);
+            rest.ends.push(rest.list.len());
+        }
+        rest
+    }
+
+    /// Every vertex is in the set itself.
+    fn everything(vertices: usize) -> Rings {
+        Rings { list: (0..vertices as u32).collect(), ends: vec![vertices] }
+    }
+
+    /// The vertices in ascending order.
+    fn sorted(&self) -> Vec<u32> {
+        let mut list = self.list.clone();
+        list.sort_unstable();
+        list
+    }
+}
+
+/// A loaded tile with the region that was loaded for it.
+pub struct Loaded<'a> {
+    /// The mesh.
+    pub mesh: &'a TileMesh,
+    /// What was loaded.
+    pub region: &'a Region,
+    /// The cubes of the region.
+    pub lattice: &'a Lattice,
+}
+
+impl Loaded<'_> {
+    fn cube(&self, v: u32) -> Cube {
+        self.lattice.cube_of(self.mesh.position(v))
+    }
+
+    /// Whether everything around `v` was loaded; if not, notes a gap from which `rings` more may be asked for.
+    fn certified(&self, v: u32, rings: usize, gaps: &mut HashSet<Gap>) -> bool {
+        let complete = self.mesh.complete[v as usize];
+        if !complete {
+            gaps.insert(Gap { cube: self.cube(v), rings: rings as u32 });
+        }
+        complete
+    }
+
+    /// Notes the cubes that a level at `cube` needs and that were not loaded.
+    fn level_gaps(&self, cube: Cube, rings: usize, gaps: &mut HashSet<Gap>) {
+        let missing = CubeBox::around(cube).cubes().filter(|&c| !self.region.contains(c));
+        gaps.extend(missing.map(|cube| Gap { cube, rings: rings as u32 }));
+    }
+}
+
+/// Where each step has to be computed.
+#[derive(Debug, Default)]
+pub struct Demand {
+    /// Vertices the tile owns, ascending.
+    pub owned: Vec<u32>,
+    /// Where support, threshold, noise and ridges are asked for.
+    pub linked: Vec<u32>,
+    /// Where contrast and threshold are asked for.
+    pub traced: Vec<u32>,
+    /// Where R is asked for, with a ring for each averaging round.
+    pub thinned: Rings,
+    /// Where theta is asked for, with a ring for each repeated vote.
+    pub voted: Rings,
+}
+
+/// What the owned vertices depend on, or the gaps that were found on the way.
+pub fn vertex_demand(tile: &Loaded, plan: &Plan, cell: &Cell, reach: &Reach) -> (Demand, HashSet<Gap>) {
+    let mesh = tile.mesh;
+    let mut gaps = HashSet::new();
+    if plan.is_in_core() {
+        let everything = || Rings::everything(mesh.vertex_count());
+        let demand = Demand {
+            owned: everything().list,
+            linked: everything().list,
+            traced: everything().list,
+            thinned: everything(),
+            voted: everything(),
+        };
+        return (demand, gaps);
+    }
+    let owned: Vec<u32> =
+        (0..mesh.vertex_count() as u32).filter(|&v| cell.owns(mesh.position(v))).collect();
+    let linked = Rings::grow(tile, owned.clone(), reach.link_steps, &mut gaps).sorted();
+    let compared = balls(tile, &linked, reach, &mut gaps);
+    let thinned = Rings::grow(tile, compared, reach.average_rounds, &mut gaps);
+    let traced = Rings::grow(tile, linked.clone(), reach.trace_steps, &mut gaps).sorted();
+    let levelled = in_level_cubes(tile, &traced, reach, &mut gaps);
+    let mut voted = thinned.sorted();
+    voted.extend(levelled);
+    voted.sort_unstable();
+    voted.dedup();
+    let voted = Rings::grow(tile, voted, reach.revotes, &mut gaps);
+    // The first tensors of the outermost ring need all faces around them.
+    voted.all().iter().for_each(|&v| _ = tile.certified(v, 1, &mut gaps));
+    (Demand { owned, linked, traced, thinned, voted }, gaps)
+}
+
+/// `seeds` and every vertex that thinning at one of them looks at.
+fn balls(tile: &Loaded, seeds: &[u32], reach: &Reach, gaps: &mut HashSet<Gap>) -> Vec<u32> {
+    let mesh = tile.mesh;
+    let found: Vec<(Vec<u32>, Vec<u32>)> = seeds
+        .par_chunks(1024)
+        .map(|chunk| {
+            let (mut looked_at, mut outside) = (Vec::new(), Vec::new());
+            let mut ball = Vec::new();
+            for &v in chunk {
+                ball.clear();
+                ball.push(v);
+                let mut next = 0;
+                while next < ball.len() {
+                    let u = ball[next];
+                    next += 1;
+                    if !mesh.complete[u as usize] {
+                        outside.push(u);
+                        continue;
+                    }
+                    looked_at.extend_from_slice(mesh.ring_of(u));
+                    for &w in mesh.ring_of(u) {
+                        let d = mesh.position(w) - mesh.position(v);
+                        if d.dot(d) <= reach.thin_radius * reach.thin_radius && !ball.contains(&w) {
+                            ball.push(w);
+                        }
+                    }
+                }
+            }
+            looked_at.sort_unstable();
+            looked_at.dedup();
+            (looked_at, outside)
+        })
+        .collect();
+    let mut all = seeds.to_vec();
+    for (looked_at, outside) in found {
+        all.extend(looked_at);
+        outside.into_iter().for_each(|u| _ = tile.certified(u, reach.average_rounds, gaps));
+    }
+    all.sort_unstable();
+    all.dedup();
+    all
+}
+
+/// The vertices whose theta enters the level at one of `seeds`.
+fn in_level_cubes(tile: &Loaded, seeds: &[u32], reach: &Reach, gaps: &mut HashSet<Gap>) -> Vec<u32> {
+    let mut centres: Vec<Cube> = seeds.par_iter().map(|&v| tile.cube(v)).collect();
+    centres.par_sort_unstable();
+    centres.dedup();
+    let mut support: HashSet<Cube> = HashSet::new();
+    for &cube in &centres {
+        tile.level_gaps(cube, reach.revotes + 1, gaps);
+        support.extend(CubeBox::around(cube).cubes());
+    }
+    (0..tile.mesh.vertex_count() as u32)
+        .into_par_iter()
+        .filter(|&v| tile.mesh.complete[v as usize] && support.contains(&tile.cube(v)))
+        .collect()
+}
+
+/// Gaps at vertices of `at` whose noise level is not known because the region is too small.
+pub fn noise_demand(tile: &Loaded, at: &[u32], known: impl Fn(u32) -> bool) -> HashSet<Gap> {
+    let mut gaps = HashSet::new();
+    at.iter().filter(|&&v| !known(v)).for_each(|&v| tile.level_gaps(tile.cube(v), 0, &mut gaps));
+    gaps
+}
+
+/// How many refinement rounds of each face are needed, from the rounds `rounds` that each face takes part in (`None`
+/// where its noise level is not known) and the vertices whose surrounding faces are needed in their final state.
+///
+/// A face that needs its n-th round needs what its neighbours were after round n - 1. Also returns the gaps.
+pub fn round_demand(
+    tile: &Loaded,
+    plan: &Plan,
+    voted: &Rings,
+    rounds: &[Option<u32>],
+    reach: &Reach,
+) -> (Vec<u32>, HashSet<Gap>) {
+    let mesh = tile.mesh;
+    let mut gaps = HashSet::new();
+    let counted = |f: u32| rounds[f as usize].map(|k| (f64::from(k) * reach.rounds).floor() as u32);
+    if plan.is_in_core() {
+        return ((0..mesh.face_count() as u32).map(|f| counted(f).unwrap_or(0)).collect(), gaps);
+    }
+    let mut needed = vec![0u32; mesh.face_count()];
+    let mut seen = vec![false; mesh.face_count()];
+    let mut seed_vertex = vec![false; mesh.vertex_count()];
+    voted.all().iter().for_each(|&v| seed_vertex[v as usize] = true);
+    let mut queue: Vec<Vec<u32>> = Vec::new();
+    let mut ask = |f: u32, n: Option<u32>, gaps: &mut HashSet<Gap>, queue: &mut Vec<Vec<u32>>| {
+        let first = !std::mem::replace(&mut seen[f as usize], true);
+        let Some(most) = counted(f) else {
+            if first {
+                let cube = tile.lattice.cube_of(mesh.barycentre(f));
+                tile.level_gaps(cube, n.unwrap_or(method::REFINE_ROUNDS as u32) as usize, gaps);
+            }
+            return;
+        };
+        let n = n.map_or(most, |n| n.min(most));
+        if n > needed[f as usize] {
+            needed[f as usize] = n;
+            if queue.len() <= n as usize {
+                queue.resize(n as usize + 1, Vec::new());
+            }
+            queue[n as usize].push(f);
+        }
+    };
+    for &v in voted.all().iter().filter(|&&v| mesh.complete[v as usize]) {
+        mesh.faces_of(v).iter().for_each(|&f| ask(f, None, &mut gaps, &mut queue));
+    }
+    for n in (1..queue.len()).rev() {
+        for f in std::mem::take(&mut queue[n]) {
+            if needed[f as usize] > n as u32 {
+                continue; // was asked for more rounds since, and dealt with then
+            }
+            let corners = mesh.corners[f as usize];
+            // All faces around a seed vertex were asked for in their final state already.
+            for v in corners.into_iter().filter(|&v| !seed_vertex[v as usize]) {
+                if tile.certified(v, n, &mut gaps) {
+                    for &g in mesh.faces_of(v) {
+                        ask(g, Some(n as u32 - 1), &mut gaps, &mut queue);
+                    }
+                }
+            }
+        }
+    }
+    (needed, gaps)
+}
+
+/// The largest ring hint for each cube: what the region grows by.
+pub fn merge(gaps: HashSet<Gap>) -> Vec<Gap> {
+    let mut most: HashMap<Cube, u32> = HashMap::new();
+    #[expect(clippy::disallowed_methods, reason = "a maximum for each cube does not depend on the order")]
+    for gap in gaps.into_iter() {
+        let rings = most.entry(gap.cube).or_default();
+        *rings = gap.rings.max(*rings);
+    }
+    #[expect(clippy::disallowed_methods, reason = "sorted below")]
+    let mut merged: Vec<Gap> = most.into_iter().map(|(cube, rings)| Gap { cube, rings }).collect();
+    merged.sort_unstable();
+    merged
+}

@@ -1,0 +1,20 @@
+//! How the mesh is cut up: scan, plan, and the tiles with all that their vertices depend on.
+//!
+//! Nothing in here changes the result, except the two numbers that the scan finds for everyone: the median side length
+//! and the origin of the lattice.
+
+mod cells;
+mod halo;
+mod lattice;
+mod load;
+mod plan;
+mod region;
+mod scan;
+
+pub use cells::Cell;
+pub use halo::{Demand, Loaded, Reach, Rings, merge, noise_demand, round_demand, vertex_demand};
+pub use lattice::{Cube, CubeBox, Lattice};
+pub use load::{LoadError, load};
+pub use plan::{Plan, Scale};
+pub use region::{Gap, Region};
+pub use scan::{BlockSummary, Bounds, Scan, scan};

@@ -1,0 +1,106 @@
+//! The region of space that a tile has loaded: a box of cubes, and single cubes where the mesh reached beyond it.
+//!
+//! Certificate: a vertex whose position lies in the region is *complete*, because every face that touches it has a cube
+//! in common with the region and was loaded. Edges can be long, so rings are never assumed to fit a margin; where one
+//! runs out, the region grows.
+
+use super::lattice::{Cube, CubeBox};
+use std::collections::HashSet;
+
+/// A set of cubes.
+#[derive(Clone, Debug)]
+pub struct Region {
+    main: CubeBox,
+    extra: HashSet<Cube>,
+    /// The same cubes in order: the set is for look-up, this is for walking.
+    listed: Vec<Cube>,
+}
+
+/// A place where the loaded region is too small.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct Gap {
+    /// A cube that must be loaded.
+    pub cube: Cube,
+    /// How many more rings may be asked for beyond it: a hint that saves coming back, not a condition.
+    pub rings: u32,
+}
+
+/// A cube is six median edges wide, so about six rings.
+const RINGS_PER_CUBE: u32 = 6;
+
+impl Region {
+    /// A region of one box.
+    pub fn new(main: CubeBox) -> Region {
+        Region { main, extra: HashSet::new(), listed: Vec::new() }
+    }
+
+    /// Whether `cube` was loaded.
+    #[inline]
+    pub fn contains(&self, cube: Cube) -> bool {
+        self.main.contains(cube) || (!self.extra.is_empty() && self.extra.contains(&cube))
+    }
+
+    /// Whether all 27 cubes around `cube` were loaded, so that a level there is that of the whole mesh.
+    pub fn covers_level(&self, cube: Cube) -> bool {
+        let around = CubeBox::around(cube);
+        self.main.encloses(&around) || around.cubes().all(|c| self.contains(c))
+    }
+
+    /// Whether a face with this range of cubes has a point in the region.
+    #[inline]
+    pub fn meets(&self, range: &CubeBox) -> bool {
+        if self.main.meets(range) {
+            return true;
+        }
+        if self.extra.is_empty() {
+            return false;
+        }
+        // Long faces cover more cubes than the region has; short ones cover a few.
+        if range.count() <= self.listed.len() as u64 {
+            range.cubes().any(|c| self.extra.contains(&c))
+        } else {
+            self.listed.iter().any(|&c| range.contains(c))
+        }
+    }
+
+    /// The box, and then each single cube as a box.
+    pub fn boxes(&self) -> impl Iterator<Item = CubeBox> + '_ {
+        std::iter::once(self.main).chain(self.listed.iter().map(|&c| CubeBox { min: c, max: c }))
+    }
+
+    /// The main box.
+    pub fn main(&self) -> &CubeBox {
+        &self.main
+    }
+
+    /// Adds what `gaps` ask for.
+    pub fn grow(&mut self, gaps: &[Gap]) {
+        for gap in gaps {
+            let margin = i64::from(gap.rings.div_ceil(RINGS_PER_CUBE));
+            for cube in (CubeBox { min: gap.cube, max: gap.cube }).grown(margin).cubes() {
+                if !self.main.contains(cube) && self.extra.insert(cube) {
+                    self.listed.push(cube);
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn grows_by_what_is_missing() {
+        let mut region = Region::new(CubeBox { min: [0; 3], max: [3; 3] });
+        assert!(region.covers_level([1, 1, 1]) && !region.covers_level([0, 1, 1]));
+        region.grow(&[Gap { cube: [5, 1, 1], rings: 0 }]);
+        assert!(region.contains([5, 1, 1]) && !region.contains([4, 1, 1]));
+        assert!(region.meets(&CubeBox { min: [4, 0, 0], max: [9, 9, 9] }));
+        assert!(!region.meets(&CubeBox { min: [6, 0, 0], max: [9, 9, 9] }));
+        region.grow(&[Gap { cube: [5, 1, 1], rings: 7 }]);
+        assert!(region.contains([7, 3, -1]));
+        // The 5^3 cubes around the gap, less those of its x = 3 layer (4 by 4) that the box has already.
+        assert_eq!(region.boxes().count(), 1 + 125 - 16);
+    }
+}

@@ -1,0 +1,250 @@
+//! The whole job: scan, plan, tiles, stitch.
+//!
+//! A loader, some workers and a committer are joined by bounded channels, so that at most a handful of tiles exist at any
+//! time. All heavy work runs on one thread pool, which is what `--threads` sizes; the stage threads mostly wait.
+
+use super::events::{Event, Observer, Stage};
+use super::tile::{Certified, TileResult, VertexFields, certify, compute};
+use crate::config::{Limits, Params};
+use crate::error::Error;
+use crate::input::MeshSource;
+use crate::mesh::TileId;
+use crate::partition::{Plan, Reach, Scan, scan};
+use crate::stitch::{Defects, Fragments, LineSet, stitch};
+use crossbeam::channel::{Receiver, Sender, bounded};
+use rayon::ThreadPool;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::time::{Duration, Instant};
+
+/// Takes the fields of the vertices that tiles own; every vertex that a face uses comes exactly once, tiles in any order.
+pub trait FieldSink {
+    /// Takes the fields of one tile, by ascending id.
+    ///
+    /// # Errors
+    /// If they cannot be stored.
+    fn take(&mut self, fields: &[VertexFields]) -> Result<(), Error>;
+}
+
+/// Feature lines, and how they were found.
+#[derive(Clone, Debug)]
+pub struct Detection {
+    /// The lines.
+    pub lines: LineSet,
+    /// What the scan found.
+    pub scan: Scan,
+    /// Defects that adjacency shows.
+    pub defects: Defects,
+    /// How the work went.
+    pub work: Work,
+}
+
+/// How the work went. None of it is part of the result.
+#[derive(Clone, Debug, Default)]
+pub struct Work {
+    /// Voting scale in mesh units.
+    pub sigma: f64,
+    /// Tiles of the plan.
+    pub tiles: u64,
+    /// Faces owned by tiles.
+    pub owned_faces: u64,
+    /// Faces loaded for them, halos included.
+    pub loaded_faces: u64,
+    /// How often a region had to grow because the mesh reached farther than expected.
+    pub regrown: u64,
+    /// Wall time of each stage.
+    pub stages: Vec<(Stage, Duration)>,
+}
+
+/// A job over a source. Built once, run once.
+pub struct Job<'a> {
+    source: &'a dyn MeshSource,
+    params: Params,
+    limits: Limits,
+    observer: &'a dyn Observer,
+    pool: ThreadPool,
+    reach_factor: f64,
+}
+
+/// Tiles waiting between two stages. One keeps the workers busy while the loader reads on; more would only cost memory.
+const WAITING_TILES: usize = 1;
+/// Tiles worked on at a time: while one is in a serial part, the other has the pool.
+const WORKERS: usize = 2;
+
+impl<'a> Job<'a> {
+    /// Prepares a job.
+    ///
+    /// # Errors
+    /// If the threads cannot be started.
+    pub fn new(
+        source: &'a dyn MeshSource,
+        params: Params,
+        limits: Limits,
+        observer: &'a dyn Observer,
+    ) -> Result<Job<'a>, Error> {
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(limits.threads)
+            .thread_name(|i| format!("crease-{i}"))
+            .build()
+            .map_err(|e| Error::Threads(e.to_string()))?;
+        Ok(Job { source, params, limits, observer, pool, reach_factor: 1.0 })
+    }
+
+    /// Makes the halo too thin or too wide by `factor`. Only a test has a use for a wrong one.
+    #[doc(hidden)]
+    pub fn with_reach_factor(mut self, factor: f64) -> Self {
+        self.reach_factor = factor;
+        self
+    }
+
+    /// Scans and plans, without doing any of the work.
+    ///
+    /// # Errors
+    /// If the input is bad or a parameter does not suit it.
+    pub fn plan(&self) -> Result<(Scan, Plan), Error> {
+        self.observer.event(Event::Started { stage: Stage::Scan, total: self.source.face_count() });
+        let progress = |faces| self.observer.event(Event::Advanced { stage: Stage::Scan, by: faces });
+        let mut found = self.pool.install(|| scan(self.source, &progress))?;
+        let plan = self.pool.install(|| Plan::new(&mut found, &self.params, self.limits.tiling))?;
+        Ok((found, plan))
+    }
+
+    /// Does the whole job. The fields of all vertices go to `fields`, if there is a taker.
+    ///
+    /// # Errors
+    /// If the input is bad, a resource runs out, or `fields` refuses.
+    pub fn run(&self, fields: Option<&mut dyn FieldSink>) -> Result<Detection, Error> {
+        let mut work = Work::default();
+        let (scan, plan) = self.timed(Stage::Scan, &mut work, || self.plan())?;
+        work.sigma = plan.scale.length(crate::config::method::SIGMA_EDGES);
+        work.tiles = plan.cells.len() as u64;
+        self.observer.event(Event::Started { stage: Stage::Tiles, total: work.tiles });
+        let started = Instant::now();
+        let fragments = self.tiles(&plan, fields, &mut work)?;
+        self.finished(Stage::Tiles, started, &mut work);
+        self.observer.event(Event::Started { stage: Stage::Stitch, total: fragments.links.len() as u64 });
+        let defects = fragments.defects;
+        let lines = self
+            .timed(Stage::Stitch, &mut work, || Ok::<_, Error>(stitch(fragments, &plan.scale, &self.params)))?;
+        Ok(Detection { lines, scan, defects, work })
+    }
+
+    fn timed<T>(
+        &self,
+        stage: Stage,
+        work: &mut Work,
+        job: impl FnOnce() -> Result<T, Error>,
+    ) -> Result<T, Error> {
+        let started = Instant::now();
+        let done = job()?;
+        self.finished(stage, started, work);
+        Ok(done)
+    }
+
+    fn finished(&self, stage: Stage, started: Instant, work: &mut Work) {
+        let wall = started.elapsed();
+        work.stages.push((stage, wall));
+        self.observer.event(Event::Finished { stage, wall });
+    }
+
+    /// Loader, workers and committer.
+    fn tiles(
+        &self,
+        plan: &Plan,
+        mut fields: Option<&mut dyn FieldSink>,
+        work: &mut Work,
+    ) -> Result<Fragments, Error> {
+        let (to_workers, from_loader) = bounded::<Certified>(WAITING_TILES);
+        let (to_committer, results) = bounded::<Result<TileResult, Error>>(WAITING_TILES);
+        let regrown = AtomicU32::new(0);
+        let with_fields = fields.is_some();
+        let mut all = Fragments::default();
+        std::thread::scope(|scope| {
+            let failed = to_committer.clone();
+            scope.spawn(|| self.load_tiles(plan, to_workers, failed, &regrown));
+            for _ in 0..WORKERS {
+                let (from_loader, to_committer) = (from_loader.clone(), to_committer.clone());
+                scope.spawn(|| self.work_on_tiles(plan, with_fields, from_loader, to_committer));
+            }
+            // What is left here would keep the channels open when everybody else has gone.
+            drop((from_loader, to_committer));
+            let outcome = results.iter().try_for_each(|result| {
+                let tile = result?;
+                work.loaded_faces += tile.loaded_faces;
+                work.owned_faces += tile.owned_faces;
+                if let Some(fields) = &mut fields {
+                    fields.take(&tile.fields)?;
+                }
+                all.append(tile.fragments);
+                self.observer.event(Event::Advanced { stage: Stage::Tiles, by: 1 });
+                Ok(())
+            });
+            // Hanging up is how the other stages learn that it is over.
+            drop(results);
+            outcome
+        })?;
+        work.regrown = u64::from(regrown.into_inner());
+        Ok(all)
+    }
+
+    fn load_tiles(
+        &self,
+        plan: &Plan,
+        to_workers: Sender<Certified>,
+        failed: Sender<Result<TileResult, Error>>,
+        regrown: &AtomicU32,
+    ) {
+        let reach = Reach::new(&plan.scale).scaled(self.reach_factor);
+        // Noise is much the same everywhere in a scan: what one tile needed is the best guess for the next.
+        let mut rounds_hint = 0;
+        for id in (0..plan.cells.len() as u32).map(TileId) {
+            let loaded = guarded(id, || {
+                self.pool.install(|| certify(self.source, plan, &reach, id, rounds_hint)).map_err(Error::from)
+            });
+            match loaded {
+                Ok(tile) => {
+                    rounds_hint = tile.most_rounds;
+                    regrown.fetch_add(tile.regrown, Ordering::Relaxed);
+                    if to_workers.send(tile).is_err() {
+                        return;
+                    }
+                }
+                Err(error) => {
+                    // Nobody listening means that another error came first.
+                    let _ = failed.send(Err(error));
+                    return;
+                }
+            }
+        }
+    }
+
+    fn work_on_tiles(
+        &self,
+        plan: &Plan,
+        with_fields: bool,
+        from_loader: Receiver<Certified>,
+        to_committer: Sender<Result<TileResult, Error>>,
+    ) {
+        for tile in from_loader {
+            let result = guarded(tile.id, || {
+                Ok(self.pool.install(|| compute(&tile, plan, &self.params, with_fields)))
+            });
+            drop(tile);
+            if to_committer.send(result).is_err() {
+                return;
+            }
+        }
+    }
+}
+
+/// Turns a panic, which is a bug of ours, into an error that says where it happened.
+fn guarded<T>(tile: TileId, job: impl FnOnce() -> Result<T, Error>) -> Result<T, Error> {
+    catch_unwind(AssertUnwindSafe(job)).unwrap_or_else(|panic| {
+        let message = panic
+            .downcast_ref::<String>()
+            .cloned()
+            .or_else(|| panic.downcast_ref::<&str>().map(|s| s.to_string()))
+            .unwrap_or_default();
+        Err(Error::Internal { tile, message })
+    })
+}

@@ -1,0 +1,106 @@
+//! Step D, second part: ridge vertices are joined along the mesh by paths of one to three edges.
+//!
+//! In: ridges, R, support. Out: paths from the ridge vertices of the tile, each with the weight that decides about it in
+//! the line graph. A path is found from either of its ends or from both; equal paths merge later, by global ids.
+
+use super::walk::{ahead, turn};
+use crate::config::method;
+use crate::mesh::{Field, TileMesh};
+use crate::refine::Support;
+use crate::voting::{Stop, Vote};
+use glam::DVec3;
+
+/// What links are made of.
+pub struct Linker<'a> {
+    /// The mesh.
+    pub mesh: &'a TileMesh,
+    /// Directions.
+    pub votes: &'a Field<Vote>,
+    /// R: fold angle averaged along the line, radians.
+    pub r: &'a Field<f64>,
+    /// Support.
+    pub support: &'a Field<Support>,
+    /// Where lines stop.
+    pub stops: &'a Field<Stop>,
+    /// Ridge vertices.
+    pub ridge: &'a Field<bool>,
+}
+
+/// A path along mesh edges; local indices.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Link {
+    /// Two to four vertices; the end with the lower id comes first.
+    pub vertices: Vec<u32>,
+    /// The smallest weight of its edges.
+    pub weight: f64,
+}
+
+impl Linker<'_> {
+    /// The links that start at `v`, if it is a ridge vertex.
+    pub fn links_from(&self, v: u32, links: &mut Vec<Link>) {
+        if !self.ridge.get(v) {
+            return;
+        }
+        let t = self.votes.get(v).t;
+        for d in [t, -t] {
+            if let Some(vertices) = self.path(v, d)
+                && !vertices.windows(2).any(|e| self.stops.get(e[0]).boundary && self.stops.get(e[1]).boundary)
+            {
+                links.push(self.link(vertices));
+            }
+        }
+    }
+
+    /// The path from `v` towards `d`, if it reaches a ridge vertex or a stop.
+    fn path(&self, v: u32, d: DVec3) -> Option<Vec<u32>> {
+        let mut d = d;
+        let mut path = vec![v];
+        for _ in 0..method::LINK_STEPS {
+            let next = self.next(path[path.len() - 1], d)?;
+            path.push(next);
+            if self.is_end(next) {
+                return Some(path);
+            }
+            d = turn(d, self.votes.get(next).t);
+        }
+        None
+    }
+
+    fn is_end(&self, v: u32) -> bool {
+        self.ridge.get(v) || self.stops.get(v).any()
+    }
+
+    /// The neighbour to go to: a ridge vertex or stop before any other, then the largest cos^2 R.
+    fn next(&self, current: u32, d: DVec3) -> Option<u32> {
+        let mut best: Option<(bool, f64, u32)> = None;
+        for (u, cos) in ahead(self.mesh, current, d) {
+            if !(self.stops.get(u).any() || self.support.get(u).passable()) {
+                continue;
+            }
+            let (end, score) = (self.is_end(u), cos * cos * self.r.get(u));
+            let better = best.is_none_or(|(e, s, _)| (end && !e) || (end == e && score > s));
+            if better {
+                best = Some((end, score, u));
+            }
+        }
+        best.map(|(_, _, u)| u)
+    }
+
+    /// Orients the path and weighs it.
+    fn link(&self, mut vertices: Vec<u32>) -> Link {
+        // The ends differ, or the path is a ring that the line graph will refuse.
+        if vertices[0] >= vertices[vertices.len() - 1] {
+            vertices.reverse();
+        }
+        let weight = vertices.windows(2).fold(f64::INFINITY, |w, e| w.min(self.edge_weight(e[0], e[1])));
+        Link { vertices, weight }
+    }
+
+    /// min(R_a, R_b) (0.2 + 0.8 mean |cos(edge, t)|): an edge along the line is worth more than one across it.
+    fn edge_weight(&self, a: u32, b: u32) -> f64 {
+        let e = self.mesh.position(b) - self.mesh.position(a);
+        let length = e.dot(e).sqrt();
+        let along = 0.5 * (e.dot(self.votes.get(a).t).abs() + e.dot(self.votes.get(b).t).abs()) / length;
+        self.r.get(a).min(self.r.get(b)) * (0.2 + 0.8 * along)
+    }
+}

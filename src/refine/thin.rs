@@ -1,0 +1,87 @@
+//! Step D, first part: a band of features becomes a ridge one vertex wide.
+//!
+//! In: support and votes. Out: R, the fold angle averaged along the line so that noise does not break the ridge up, and
+//! the feature vertices whose R no vertex across the line exceeds.
+
+use crate::config::method;
+use crate::mesh::{Field, TileMesh};
+use crate::partition::{Rings, Scale};
+use crate::refine::Support;
+use crate::voting::{Stop, Vote};
+
+/// Averages theta along the line: at each vertex for as many of the 8 rounds as its noise asks for (`rounds`).
+pub fn average_along(mesh: &TileMesh, votes: &Field<Vote>, rounds: &[u32], thinned: &Rings) -> Field<f64> {
+    let n = mesh.vertex_count();
+    let mut r = Field::compute(n, thinned.all(), |v| votes.get(v).theta);
+    for round in 1..=method::AVERAGE_ROUNDS {
+        r = Field::compute(n, thinned.within(method::AVERAGE_ROUNDS - round), |v| {
+            if rounds[v as usize] >= round as u32 { average(mesh, votes, &r, v) } else { r.get(v) }
+        });
+    }
+    r
+}
+
+/// One vertex, one round: neighbours along the line whose own lines run the same way count; perpendicular creases do
+/// not leak into each other.
+fn average(mesh: &TileMesh, votes: &Field<Vote>, r: &Field<f64>, v: u32) -> f64 {
+    let t = votes.get(v).t;
+    let (mut sum, mut weights) = (r.get(v), 1.0);
+    for &u in mesh.ring_of(v) {
+        let e = mesh.position(u) - mesh.position(v);
+        let length2 = e.dot(e);
+        if length2 > 0.0 {
+            let along = e.dot(t);
+            let same = t.dot(votes.get(u).t);
+            let weight = (along * along / length2) * (along * along / length2) * same * same;
+            sum += weight * r.get(u);
+            weights += weight;
+        }
+    }
+    sum / weights
+}
+
+/// Non-maximum suppression at the vertices of `at`.
+pub fn ridges(
+    mesh: &TileMesh,
+    scale: &Scale,
+    votes: &Field<Vote>,
+    r: &Field<f64>,
+    support: &Field<Support>,
+    stops: &Field<Stop>,
+    at: &[u32],
+) -> Field<bool> {
+    let radius = scale.length(method::THIN_RADIUS);
+    Field::compute(mesh.vertex_count(), at, |v| {
+        support.get(v).feature() && !stops.get(v).boundary && is_largest_across(mesh, radius, votes, r, v)
+    })
+}
+
+/// Whether no vertex seen across the line, reached by one-ring steps within `radius` (the one-ring always), has a larger
+/// R, or the same and a lower id.
+fn is_largest_across(mesh: &TileMesh, radius: f64, votes: &Field<Vote>, r: &Field<f64>, v: u32) -> bool {
+    let (vote, own, origin) = (votes.get(v), r.get(v), mesh.position(v));
+    let mut ball = vec![v];
+    let mut next = 0;
+    while next < ball.len() {
+        let u = ball[next];
+        next += 1;
+        for &w in mesh.ring_of(u) {
+            let e = mesh.position(w) - origin;
+            let inside = e.dot(e) <= radius * radius;
+            // A ball is a dozen vertices; looking through it is cheaper than a set.
+            if (!inside && u != v) || ball.contains(&w) {
+                continue;
+            }
+            if inside {
+                ball.push(w);
+            }
+            let (across, along) = (e.dot(vote.b), e.dot(vote.t));
+            if across * across >= method::THIN_SIDE * along * along
+                && (r.get(w) > own || (r.get(w) == own && w < v))
+            {
+                return false;
+            }
+        }
+    }
+    true
+}

@@ -1,0 +1,155 @@
+//! What a tile hands over: its share of the sparse candidate graph, under global ids.
+//!
+//! A fragment needs nothing else to be understood. Vertices near a seam are handed over by several tiles, with the same
+//! bytes, because each computed them from all that they depend on; joining is by id and never by coordinates.
+
+use crate::mesh::VertexId;
+use glam::DVec3;
+use serde::{Deserialize, Serialize};
+use std::cmp::Ordering;
+
+/// What a vertex is. The numbers are those of the output files.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[repr(u8)]
+pub enum Class {
+    /// Smooth or flat surface.
+    #[default]
+    Face = 0,
+    /// A crease below 30 degrees.
+    Weak = 1,
+    /// A crease of 30 degrees or more.
+    Sharp = 2,
+    /// Several creases meet.
+    Corner = 3,
+    /// On an edge with one face.
+    Boundary = 4,
+    /// On an edge with three or more faces; lines only.
+    NonManifold = 5,
+}
+
+impl Class {
+    /// All classes, by number.
+    pub const ALL: [Class; 6] =
+        [Class::Face, Class::Weak, Class::Sharp, Class::Corner, Class::Boundary, Class::NonManifold];
+
+    /// The word for it.
+    pub fn name(self) -> &'static str {
+        ["face", "weak", "sharp", "corner", "boundary", "non-manifold"][self as usize]
+    }
+}
+
+/// A vertex that lines may run through.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LineVertex {
+    /// Global id.
+    pub id: VertexId,
+    /// Position as in the file.
+    pub position: DVec3,
+    /// Fold angle, radians.
+    pub theta: f64,
+    /// S: fold angle supported along the line, radians.
+    pub salience: f64,
+    /// What it is.
+    pub class: Class,
+    /// Several creases meet here. Kept apart from the class, which is that of a boundary where both hold.
+    pub corner: bool,
+    /// Lines may end here without being dangling: corner or boundary.
+    pub stop: bool,
+    /// Can carry a component.
+    pub strong: bool,
+    /// K: refinement rounds of the local noise.
+    pub rounds: u32,
+}
+
+/// A path of one to three mesh edges between ridge vertices or stops.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LinkPath {
+    ids: [VertexId; 4],
+    len: u8,
+    weight: f64,
+}
+
+impl LinkPath {
+    /// From two to four vertices, the end with the lower id first, and the smallest edge weight.
+    pub fn new(vertices: impl Iterator<Item = VertexId>, weight: f64) -> LinkPath {
+        let mut path = LinkPath { ids: [VertexId(u64::MAX); 4], len: 0, weight };
+        for id in vertices.take(4) {
+            path.ids[path.len as usize] = id;
+            path.len += 1;
+        }
+        path
+    }
+
+    /// Its vertices.
+    pub fn ids(&self) -> &[VertexId] {
+        &self.ids[..self.len as usize]
+    }
+
+    /// The order in which the line graph considers paths: few edges first, then heavy ones, then low ids.
+    pub fn order(&self, other: &LinkPath) -> Ordering {
+        (self.len.cmp(&other.len))
+            .then_with(|| other.weight.total_cmp(&self.weight))
+            .then_with(|| self.ids.cmp(&other.ids))
+    }
+}
+
+/// A mesh edge that has not exactly two faces.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct OpenEdge {
+    /// Its ends, lower id first.
+    pub ends: [VertexId; 2],
+    /// Whether it has more than two faces rather than one.
+    pub crowded: bool,
+}
+
+/// Defects that only adjacency shows. Each is counted by the one tile that owns its vertex of lowest id.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Defects {
+    /// Faces without area.
+    pub degenerate_faces: u64,
+    /// Faces with the same corners as a face of lower id.
+    pub duplicate_faces: u64,
+    /// Edges with one face.
+    pub boundary_edges: u64,
+    /// Edges with three or more faces.
+    pub nonmanifold_edges: u64,
+    /// Edges that two faces traverse in the same direction.
+    pub opposed_edges: u64,
+}
+
+impl Defects {
+    /// Adds the counts of another tile.
+    pub fn add(&mut self, other: &Defects) {
+        self.degenerate_faces += other.degenerate_faces;
+        self.duplicate_faces += other.duplicate_faces;
+        self.boundary_edges += other.boundary_edges;
+        self.nonmanifold_edges += other.nonmanifold_edges;
+        self.opposed_edges += other.opposed_edges;
+    }
+}
+
+/// One tile's share of the result.
+#[derive(Clone, Debug, Default)]
+pub struct Fragments {
+    /// Every vertex that a path or open edge names, ascending.
+    pub vertices: Vec<LineVertex>,
+    /// Paths from the ridge vertices that the tile owns.
+    pub links: Vec<LinkPath>,
+    /// Open edges whose lower end the tile owns, if boundaries were asked for.
+    pub open_edges: Vec<OpenEdge>,
+    /// Largest S over the vertices that the tile owns, radians.
+    pub largest_salience: f64,
+    /// Defects counted by this tile.
+    pub defects: Defects,
+}
+
+impl Fragments {
+    /// Adds those of another tile. The order of the tiles does not matter to [`super::stitch`].
+    pub fn append(&mut self, other: Fragments) {
+        self.vertices.extend(other.vertices);
+        self.links.extend(other.links);
+        self.open_edges.extend(other.open_edges);
+        self.largest_salience = self.largest_salience.max(other.largest_salience);
+        self.defects.add(&other.defects);
+    }
+}

@@ -1,0 +1,86 @@
+//! Fragments of all tiles in, feature lines out.
+//!
+//! Everything that needs the whole mesh happens here, on the small graph: joining across seams by global id, junctions,
+//! pruning by length, hysteresis by component, normalisation by the global maximum, and the final order. The result is a
+//! function of the *set* of fragments; how many tiles they came from cannot be seen in it.
+
+mod fragments;
+mod graph;
+mod lines;
+mod prune;
+
+pub use fragments::{Class, Defects, Fragments, LineVertex, LinkPath, OpenEdge};
+pub use lines::Line;
+
+use crate::config::{Params, method};
+use crate::partition::Scale;
+use graph::{Graph, LoopLength, distance, node_of};
+
+/// The feature lines of a mesh.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LineSet {
+    /// Vertices that lines run through, by ascending id.
+    pub vertices: Vec<LineVertex>,
+    /// Creases, then boundaries, then non-manifold edges; each in canonical order.
+    pub lines: Vec<Line>,
+    /// Largest S of the mesh in radians: what saliency is divided by.
+    pub largest_salience: f64,
+}
+
+/// Joins the fragments of all tiles.
+pub fn stitch(fragments: Fragments, scale: &Scale, params: &Params) -> LineSet {
+    let Fragments { mut vertices, mut links, mut open_edges, largest_salience, .. } = fragments;
+    vertices.sort_unstable_by_key(|v| v.id);
+    debug_assert!(
+        vertices.chunk_by(|a, b| a.id == b.id).all(|same| same.iter().all(|v| *v == same[0])),
+        "two tiles disagree about a vertex"
+    );
+    vertices.dedup_by_key(|v| v.id);
+    links.sort_unstable_by(LinkPath::order);
+    links.dedup();
+    let apart =
+        LoopLength { base: scale.length(method::LOOP_LENGTH), per_round: scale.length(method::LOOP_PER_ROUND) };
+    let mut creases = graph::build(&vertices, &links, apart);
+    prune::prune_branches(&mut creases, &vertices, scale.length(method::PRUNE_LENGTH));
+    let shortest = scale.length(params.min_length_sigmas * method::SIGMA_EDGES);
+    prune::prune_components(&mut creases, &vertices, shortest);
+    let mut lines: Vec<Line> = lines::chains(&creases, |v| vertices[v as usize].corner)
+        .into_iter()
+        .map(|chain| lines::crease_line(&vertices, chain, largest_salience))
+        .collect();
+    open_edges.sort_unstable();
+    for (crowded, class) in [(false, Class::Boundary), (true, Class::NonManifold)] {
+        let mut open = Graph::new(vertices.len());
+        for edge in open_edges.iter().filter(|e| e.crowded == crowded) {
+            if let [Some(a), Some(b)] = edge.ends.map(|id| node_of(&vertices, id)) {
+                open.add(a, b, distance(&vertices, a, b));
+            }
+        }
+        let chains = lines::chains(&open, |v| vertices[v as usize].corner);
+        lines.extend(chains.into_iter().map(|chain| lines::plain_line(&vertices, chain, class)));
+    }
+    let mut set = LineSet { vertices, lines, largest_salience };
+    set.drop_unused();
+    set
+}
+
+impl LineSet {
+    /// Keeps only the vertices that a line runs through.
+    fn drop_unused(&mut self) {
+        let mut place = vec![u32::MAX; self.vertices.len()];
+        self.lines.iter().flat_map(|l| &l.vertices).for_each(|&v| place[v as usize] = 0);
+        let mut next = 0;
+        for slot in place.iter_mut().filter(|slot| **slot == 0) {
+            *slot = next;
+            next += 1;
+        }
+        self.lines.iter_mut().flat_map(|l| &mut l.vertices).for_each(|v| *v = place[*v as usize]);
+        let mut used = place.iter().map(|&slot| slot != u32::MAX);
+        self.vertices.retain(|_| used.next().unwrap_or(false));
+    }
+
+    /// S of a vertex divided by the largest S of the mesh.
+    pub fn saliency(&self, vertex: &LineVertex) -> f64 {
+        if self.largest_salience > 0.0 { vertex.salience / self.largest_salience } else { 0.0 }
+    }
+}

@@ -1,0 +1,193 @@
+//! Step A: face normals vote for each other until the noise is gone and the creases are not.
+//!
+//! In: a tile mesh. Out: unit normals, areas, the local noise level s0 as a number of rounds K, and refined normals where
+//! the halo asked for them. A bilateral filter in the spirit of Kim, Choi and Lee (2009), with two departures: the range
+//! kernel is scaled by the local noise, and a face stops after as many rounds as its noise asks for.
+
+use super::levels::Levels;
+use crate::config::method;
+use crate::math::{DEGREE, unit};
+use crate::mesh::{Csr, EdgeUse, TileMesh};
+use crate::partition::{Cube, Lattice, Region, Scale};
+use glam::DVec3;
+use rayon::prelude::*;
+
+/// Normals and areas of all faces that were loaded.
+pub struct FaceGeometry {
+    /// Unit normal; zero for a degenerate face.
+    pub normals: Vec<DVec3>,
+    /// Area in square mesh units; zero for a degenerate face.
+    pub areas: Vec<f64>,
+    /// For each face, the faces that run along a common edge in the same direction, which they should not; almost always
+    /// none.
+    pub opposed: Option<Csr>,
+}
+
+impl FaceGeometry {
+    /// Computes normals and areas, and finds neighbours of opposite winding.
+    pub fn new(mesh: &TileMesh, scale: &Scale) -> FaceGeometry {
+        let (normals, areas) = mesh
+            .corners
+            .par_iter()
+            .map(|corners| {
+                let [a, b, c] = corners.map(|v| mesh.position(v));
+                let cross = (b - a).cross(c - a);
+                let length = cross.dot(cross).sqrt();
+                if length <= scale.degenerate() { (DVec3::ZERO, 0.0) } else { (cross / length, 0.5 * length) }
+            })
+            .unzip();
+        FaceGeometry { normals, areas, opposed: opposed_faces(mesh) }
+    }
+
+    /// The normal of `g` as `f` should count it: turned round if the two are wound against each other and disagree.
+    #[inline]
+    fn seen_from(&self, f: u32, g: u32, normal_f: DVec3, normal_g: DVec3) -> DVec3 {
+        match &self.opposed {
+            Some(opposed) if normal_f.dot(normal_g) < 0.0 && opposed.row(f).contains(&g) => -normal_g,
+            _ => normal_g,
+        }
+    }
+
+    /// Whether `f` is wound against one of its neighbours.
+    pub fn is_opposed(&self, f: u32) -> bool {
+        self.opposed.as_ref().is_some_and(|opposed| !opposed.row(f).is_empty())
+    }
+}
+
+/// Pairs of faces that traverse a common edge in the same direction.
+fn opposed_faces(mesh: &TileMesh) -> Option<Csr> {
+    let mut pairs: Vec<(u32, u32)> = edges(mesh, |v, uses, out| {
+        for (i, a) in uses.iter().enumerate().filter(|(_, a)| a.other > v) {
+            let same = uses[i + 1..].iter().take_while(|b| b.other == a.other).filter(|b| b.outward == a.outward);
+            same.for_each(|b| out.extend([(a.face, b.face), (b.face, a.face)]));
+        }
+    });
+    if pairs.is_empty() {
+        return None;
+    }
+    pairs.sort_unstable();
+    pairs.dedup();
+    let mut lengths = vec![0u32; mesh.face_count()];
+    pairs.iter().for_each(|(f, _)| lengths[*f as usize] += 1);
+    Some(Csr::from_rows(lengths.into_iter(), pairs.into_iter().map(|(_, g)| g).collect()))
+}
+
+/// Runs `visit` over the edge uses of every vertex, in parallel, and joins what it pushes in vertex order.
+pub(super) fn edges<T: Send>(
+    mesh: &TileMesh,
+    visit: impl Fn(u32, &[EdgeUse], &mut Vec<T>) + Sync,
+) -> Vec<T> {
+    let vertices: Vec<u32> = (0..mesh.vertex_count() as u32).collect();
+    let parts: Vec<Vec<T>> = vertices
+        .par_chunks(4096)
+        .map(|chunk| {
+            let (mut uses, mut out) = (Vec::new(), Vec::new());
+            for &v in chunk {
+                mesh.edge_uses(v, &mut uses);
+                visit(v, &uses, &mut out);
+            }
+            out
+        })
+        .collect();
+    parts.into_iter().flatten().collect()
+}
+
+/// The local noise: s0 and the number of refinement rounds it asks for.
+pub struct Noise<'a> {
+    levels: Levels,
+    lattice: &'a Lattice,
+    region: &'a Region,
+    scale: Scale,
+}
+
+impl<'a> Noise<'a> {
+    /// Collects the chords |n_f - n_g| over edges with two faces. An edge of a degenerate face has no chord.
+    pub fn new(
+        mesh: &TileMesh,
+        faces: &FaceGeometry,
+        lattice: &'a Lattice,
+        region: &'a Region,
+        scale: Scale,
+    ) -> Noise<'a> {
+        let chords = edges(mesh, |v, uses, out| {
+            for edge in uses.chunk_by(|a, b| a.other == b.other).filter(|edge| edge[0].other > v) {
+                if let [a, b] = edge {
+                    let (f, g) = (a.face.min(b.face), a.face.max(b.face));
+                    let (nf, ng) = (faces.normals[f as usize], faces.normals[g as usize]);
+                    if faces.areas[f as usize] > 0.0 && faces.areas[g as usize] > 0.0 {
+                        let d = nf - faces.seen_from(f, g, nf, ng);
+                        out.push((0.5 * (mesh.position(v) + mesh.position(edge[0].other)), d.dot(d).sqrt()));
+                    }
+                }
+            }
+        });
+        Noise { levels: Levels::new(lattice, chords.into_iter()), lattice, region, scale }
+    }
+
+    /// s0 at each position, `None` where the region does not hold all that it depends on.
+    pub fn levels_at(&self, positions: &[DVec3]) -> Vec<Option<f64>> {
+        let cubes: Vec<Cube> = positions.par_iter().map(|&p| self.lattice.cube_of(p)).collect();
+        let mut distinct = cubes.clone();
+        distinct.par_sort_unstable();
+        distinct.dedup();
+        let levels: Vec<Option<f64>> = distinct
+            .par_iter()
+            .map(|&c| self.region.covers_level(c).then(|| self.levels.at(c, method::NOISE_QUANTILE)))
+            .collect();
+        cubes.par_iter().map(|c| distinct.binary_search(c).ok().and_then(|i| levels[i])).collect()
+    }
+
+    /// K: how many rounds a noise of `s0` asks for.
+    pub fn rounds(&self, s0: f64) -> u32 {
+        let k2 = self.scale.k * self.scale.k;
+        let most = self.scale.rounds(method::REFINE_ROUNDS) as f64;
+        (method::REFINE_SLOPE * s0 * k2 + 0.5).floor().min(most) as u32
+    }
+}
+
+/// Refines the normals: face `f` takes part in its first `needed[f]` rounds. `s0[f]` must be known where that is not 0.
+pub fn refine(mesh: &TileMesh, faces: &FaceGeometry, s0: &[Option<f64>], needed: &[u32]) -> Vec<DVec3> {
+    let mut normals = faces.normals.clone();
+    let mut active: Vec<u32> = (0..mesh.face_count() as u32).filter(|&f| needed[f as usize] > 0).collect();
+    let mut round = 0;
+    while !active.is_empty() {
+        let next: Vec<DVec3> = active
+            .par_iter()
+            .with_min_len(256)
+            .map(|&f| vote_on_normal(mesh, faces, &normals, f, range_width(s0[f as usize].unwrap_or(0.0), round)))
+            .collect();
+        active.iter().zip(next).for_each(|(&f, n)| normals[f as usize] = n);
+        round += 1;
+        active.retain(|&f| needed[f as usize] > round);
+    }
+    normals
+}
+
+/// Width of the range kernel as a chord: wide in the first round, where single normals are worst.
+fn range_width(s0: f64, round: u32) -> f64 {
+    let width = if round == 0 {
+        2.0 * method::RANGE_KAPPA * s0
+    } else {
+        (method::RANGE_KAPPA * s0).min(method::RANGE_MAX_DEG * DEGREE)
+    };
+    width.max(method::RANGE_MIN_DEG * DEGREE)
+}
+
+/// The new normal of `f`: the faces around its corners vote with their area and with how well they agree. A face that
+/// shares two corners votes twice, `f` itself three times.
+fn vote_on_normal(mesh: &TileMesh, faces: &FaceGeometry, normals: &[DVec3], f: u32, width: f64) -> DVec3 {
+    let own = normals[f as usize];
+    let inverse = 1.0 / (width * width);
+    let mut sum = DVec3::ZERO;
+    for v in mesh.corners[f as usize] {
+        for &g in mesh.faces_of(v) {
+            let normal = faces.seen_from(f, g, own, normals[g as usize]);
+            let d = own - normal;
+            let t = 1.0 - d.dot(d) * inverse;
+            if t > 0.0 {
+                sum += normal * (t * t * faces.areas[g as usize]);
+            }
+        }
+    }
+    if sum.dot(sum) > 0.0 { unit(sum) } else { own }
+}
