@@ -57,8 +57,7 @@ impl Sym3 {
         let mut u = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
         for _ in 0..MAX_SWEEPS {
             let off = a[0][1].abs() + a[0][2].abs() + a[1][2].abs();
-            // Also true for NaN, which must not loop.
-            if !(off > CONVERGED * (a[0][0].abs() + a[1][1].abs() + a[2][2].abs())) {
+            if off <= CONVERGED * (a[0][0].abs() + a[1][1].abs() + a[2][2].abs()) {
                 break;
             }
             for (p, q) in [(0, 1), (0, 2), (1, 2)] {

@@ -18,7 +18,7 @@ impl<T: Copy + Default + Send + Sync> Field<T> {
     pub fn compute(len: usize, at: &[u32], value: impl Fn(u32) -> T + Sync) -> Field<T> {
         // The whole tile, in order, needs no scatter.
         if at.len() == len && at.iter().enumerate().all(|(i, &v)| i == v as usize) {
-            let values = (0..len as u32).into_par_iter().with_min_len(256).map(value).collect();
+            let values = (0..len as u32).into_par_iter().with_min_len(256).map(&value).collect();
             return Field {
                 values,
                 #[cfg(debug_assertions)]

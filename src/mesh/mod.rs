@@ -9,5 +9,3 @@ pub use csr::Csr;
 pub use field::Field;
 pub use ids::{FaceId, TileId, VertexId};
 pub use tile_mesh::{EdgeUse, TileMesh};
-#[cfg(test)]
-pub(crate) use tile_mesh::tests::whole;

@@ -175,7 +175,8 @@ fn one_rings(n: usize, corners: &[[u32; 3]], faces_around: &Csr) -> Csr {
     let per_chunk: Vec<(Vec<u32>, Vec<u32>)> = vertices
         .par_chunks(CHUNK)
         .map(|chunk| {
-            let (mut lengths, mut items) = (Vec::with_capacity(chunk.len()), Vec::with_capacity(7 * chunk.len()));
+            let (mut lengths, mut items) =
+                (Vec::with_capacity(chunk.len()), Vec::with_capacity(7 * chunk.len()));
             let mut ring = Vec::new();
             for &v in chunk {
                 ring.clear();
@@ -196,11 +197,11 @@ fn one_rings(n: usize, corners: &[[u32; 3]], faces_around: &Csr) -> Csr {
 }
 
 #[cfg(test)]
-pub(crate) mod tests {
+mod tests {
     use super::*;
 
     /// A mesh that was loaded whole, ids counted from 0.
-    pub(crate) fn whole(positions: &[DVec3], corners: &[[u32; 3]]) -> TileMesh {
+    fn whole(positions: &[DVec3], corners: &[[u32; 3]]) -> TileMesh {
         TileMesh::new(
             (0..positions.len() as u64).map(VertexId).collect(),
             positions.to_vec(),

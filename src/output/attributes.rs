@@ -5,13 +5,12 @@
 //! theirs into place; a last pass divides the saliency by its maximum, which is known only then. Nothing is held in
 //! memory beyond one buffer.
 
-use super::OutputError;
 use super::part_file::PartFile;
+use super::{FieldSink, OutputError};
 use crate::error::Error;
 use crate::input::MeshSource;
 use crate::mesh::VertexId;
-use crate::pipeline::{FieldSink, VertexFields};
-use crate::stitch::Class;
+use crate::stitch::{Class, VertexFields};
 use glam::DVec3;
 use std::io::{BufWriter, Write};
 use std::os::unix::fs::FileExt;
@@ -92,7 +91,7 @@ impl AttributeFile {
 }
 
 impl FieldSink for AttributeFile {
-    fn take(&mut self, fields: &[VertexFields]) -> Result<(), Error> {
+    fn take(&mut self, fields: &[VertexFields]) -> Result<(), OutputError> {
         let failed = OutputError::io(self.part.target(), "cannot write");
         let mut bytes = Vec::new();
         // Ids ascend; runs without a gap are written at once.

@@ -32,7 +32,11 @@ pub fn write_ply(target: &Path, lines: &LineSet) -> Result<(), OutputError> {
     part.commit()
 }
 
-fn write_all(out: &mut impl Write, lines: &LineSet, [vertices, edges, count]: [u64; 3]) -> std::io::Result<()> {
+fn write_all(
+    out: &mut impl Write,
+    lines: &LineSet,
+    [vertices, edges, count]: [u64; 3],
+) -> std::io::Result<()> {
     // PLY has no 64-bit integers; a double holds ids up to 2^53 exactly.
     let wide = lines.vertices.last().is_some_and(|v| v.id.0 > u64::from(u32::MAX));
     let source = if wide { "double" } else { "uint" };

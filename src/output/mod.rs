@@ -9,3 +9,14 @@ pub use attributes::AttributeFile;
 pub use error::OutputError;
 pub use lines::write_ply;
 pub use part_file::{PartFile, check_target};
+
+use crate::stitch::VertexFields;
+
+/// Takes the fields of the vertices that tiles own; every vertex that a face uses comes exactly once, tiles in any order.
+pub trait FieldSink {
+    /// Takes the fields of one tile, by ascending id.
+    ///
+    /// # Errors
+    /// If they cannot be stored.
+    fn take(&mut self, fields: &[VertexFields]) -> Result<(), OutputError>;
+}

@@ -80,8 +80,9 @@ mod tests {
 
     #[test]
     fn every_point_has_one_owner() {
-        let sample: Vec<DVec3> =
-            (0..1000u32).map(|i| DVec3::new((i * 37 % 101) as f64, (i * 53 % 97) as f64, (i % 3) as f64)).collect();
+        let sample: Vec<DVec3> = (0..1000u32)
+            .map(|i| DVec3::new((i * 37 % 101) as f64, (i * 53 % 97) as f64, (i % 3) as f64))
+            .collect();
         let cells = cut(sample.clone(), 2, 50);
         assert!(cells.len() >= 40, "{}", cells.len());
         assert_eq!(cells.iter().map(|c| c.faces).sum::<u64>(), 2000);

@@ -199,8 +199,7 @@ pub fn vertex_demand(tile: &Loaded, plan: &Plan, cell: &Cell, reach: &Reach) -> 
         };
         return (demand, gaps);
     }
-    let owned: Vec<u32> =
-        (0..mesh.vertex_count() as u32).filter(|&v| cell.owns(mesh.position(v))).collect();
+    let owned: Vec<u32> = (0..mesh.vertex_count() as u32).filter(|&v| cell.owns(mesh.position(v))).collect();
     let linked = Rings::grow(tile, owned.clone(), reach.link_steps, &mut gaps).sorted();
     let compared = balls(tile, &linked, reach, &mut gaps);
     let thinned = Rings::grow(tile, compared, reach.average_rounds, &mut gaps);
@@ -294,65 +293,89 @@ pub fn round_demand(
     reach: &Reach,
 ) -> (Vec<u32>, HashSet<Gap>) {
     let mesh = tile.mesh;
-    let mut gaps = HashSet::new();
-    let counted = |f: u32| rounds[f as usize].map(|k| (f64::from(k) * reach.rounds).floor() as u32);
+    let counted = |k: u32| (f64::from(k) * reach.rounds).floor() as u32;
+    let most: Vec<Option<u32>> = rounds.iter().map(|k| k.map(counted)).collect();
     if plan.is_in_core() {
-        return ((0..mesh.face_count() as u32).map(|f| counted(f).unwrap_or(0)).collect(), gaps);
+        return (most.into_iter().map(|k| k.unwrap_or(0)).collect(), HashSet::new());
     }
-    let mut needed = vec![0u32; mesh.face_count()];
-    let mut seen = vec![false; mesh.face_count()];
-    let mut seed_vertex = vec![false; mesh.vertex_count()];
-    voted.all().iter().for_each(|&v| seed_vertex[v as usize] = true);
-    let mut queue: Vec<Vec<u32>> = Vec::new();
-    let mut ask = |f: u32, n: Option<u32>, gaps: &mut HashSet<Gap>, queue: &mut Vec<Vec<u32>>| {
-        let first = !std::mem::replace(&mut seen[f as usize], true);
-        let Some(most) = counted(f) else {
-            if first {
-                let cube = tile.lattice.cube_of(mesh.barycentre(f));
-                tile.level_gaps(cube, n.unwrap_or(method::REFINE_ROUNDS as u32) as usize, gaps);
-            }
-            return;
-        };
-        let n = n.map_or(most, |n| n.min(most));
-        if n > needed[f as usize] {
-            needed[f as usize] = n;
-            if queue.len() <= n as usize {
-                queue.resize(n as usize + 1, Vec::new());
-            }
-            queue[n as usize].push(f);
-        }
+    let mut asking = Asking {
+        tile,
+        most: &most,
+        needed: vec![0; mesh.face_count()],
+        seen: vec![false; mesh.face_count()],
+        queue: Vec::new(),
+        gaps: HashSet::new(),
     };
+    let mut settled = vec![false; mesh.vertex_count()];
     for &v in voted.all().iter().filter(|&&v| mesh.complete[v as usize]) {
-        mesh.faces_of(v).iter().for_each(|&f| ask(f, None, &mut gaps, &mut queue));
+        settled[v as usize] = true;
+        mesh.faces_of(v).iter().for_each(|&f| asking.ask(f, u32::MAX));
     }
-    for n in (1..queue.len()).rev() {
-        for f in std::mem::take(&mut queue[n]) {
-            if needed[f as usize] > n as u32 {
-                continue; // was asked for more rounds since, and dealt with then
+    asking.spread(&settled);
+    (asking.needed, asking.gaps)
+}
+
+/// The search of [`round_demand`].
+struct Asking<'a> {
+    tile: &'a Loaded<'a>,
+    /// Rounds that each face takes part in, where that is known.
+    most: &'a [Option<u32>],
+    needed: Vec<u32>,
+    seen: Vec<bool>,
+    /// Faces by the number of rounds they need, to be asked what they need in turn.
+    queue: Vec<Vec<u32>>,
+    gaps: HashSet<Gap>,
+}
+
+impl Asking<'_> {
+    /// Face `f` is needed as it is after `n` rounds, or after its last one.
+    fn ask(&mut self, f: u32, n: u32) {
+        let first = !std::mem::replace(&mut self.seen[f as usize], true);
+        match self.most[f as usize] {
+            None if first => {
+                let cube = self.tile.lattice.cube_of(self.tile.mesh.barycentre(f));
+                self.tile.level_gaps(cube, n.min(method::REFINE_ROUNDS as u32) as usize, &mut self.gaps);
             }
-            let corners = mesh.corners[f as usize];
-            // All faces around a seed vertex were asked for in their final state already.
-            for v in corners.into_iter().filter(|&v| !seed_vertex[v as usize]) {
-                if tile.certified(v, n, &mut gaps) {
-                    for &g in mesh.faces_of(v) {
-                        ask(g, Some(n as u32 - 1), &mut gaps, &mut queue);
+            Some(most) if n.min(most) > self.needed[f as usize] => {
+                let n = n.min(most);
+                self.needed[f as usize] = n;
+                if self.queue.len() <= n as usize {
+                    self.queue.resize(n as usize + 1, Vec::new());
+                }
+                self.queue[n as usize].push(f);
+            }
+            _ => {}
+        }
+    }
+
+    /// Asks the neighbours of each face for one round less, most rounds first. All faces around a `settled` vertex were
+    /// asked for in their final state already.
+    fn spread(&mut self, settled: &[bool]) {
+        let tile = self.tile;
+        for n in (1..self.queue.len()).rev() {
+            for f in std::mem::take(&mut self.queue[n]) {
+                if self.needed[f as usize] > n as u32 {
+                    continue; // was asked for more rounds since, and dealt with then
+                }
+                let corners = tile.mesh.corners[f as usize];
+                for v in corners.into_iter().filter(|&v| !settled[v as usize]) {
+                    if tile.certified(v, n, &mut self.gaps) {
+                        tile.mesh.faces_of(v).iter().for_each(|&g| self.ask(g, n as u32 - 1));
                     }
                 }
             }
         }
     }
-    (needed, gaps)
 }
 
 /// The largest ring hint for each cube: what the region grows by.
 pub fn merge(gaps: HashSet<Gap>) -> Vec<Gap> {
     let mut most: HashMap<Cube, u32> = HashMap::new();
-    #[expect(clippy::disallowed_methods, reason = "a maximum for each cube does not depend on the order")]
-    for gap in gaps.into_iter() {
+    #[expect(clippy::iter_over_hash_type, reason = "a maximum for each cube does not depend on the order")]
+    for gap in gaps {
         let rings = most.entry(gap.cube).or_default();
         *rings = gap.rings.max(*rings);
     }
-    #[expect(clippy::disallowed_methods, reason = "sorted below")]
     let mut merged: Vec<Gap> = most.into_iter().map(|(cube, rings)| Gap { cube, rings }).collect();
     merged.sort_unstable();
     merged

@@ -50,10 +50,8 @@ pub fn load(source: &dyn MeshSource, plan: &Plan, region: &Region) -> Result<Til
     }
     let vertex_ids = used_vertices(&chosen, source.vertex_count());
     let rank = Rank::new(&vertex_ids);
-    let corners: Vec<Vec<[u32; 3]>> = chosen
-        .par_iter()
-        .map(|c| c.corners.iter().map(|ids| ids.map(|id| rank.of(id))).collect())
-        .collect();
+    let corners: Vec<Vec<[u32; 3]>> =
+        chosen.par_iter().map(|c| c.corners.iter().map(|ids| ids.map(|id| rank.of(id))).collect()).collect();
     let face_ids: Vec<FaceId> = chosen.iter().flat_map(|c| c.faces.iter().copied()).collect();
     drop(chosen);
     let mut positions = Vec::new();
@@ -63,12 +61,7 @@ pub fn load(source: &dyn MeshSource, plan: &Plan, region: &Region) -> Result<Til
 }
 
 /// Reads one block and keeps the faces that meet the region and have three different corners.
-fn choose(
-    source: &dyn MeshSource,
-    plan: &Plan,
-    region: &Region,
-    block: usize,
-) -> Result<Chosen, InputError> {
+fn choose(source: &dyn MeshSource, plan: &Plan, region: &Region, block: usize) -> Result<Chosen, InputError> {
     let mut faces = FaceBlock::default();
     source.read_block(block, &mut faces)?;
     let inside = plan.block_ranges[block].is_some_and(|range| region.main().encloses(&range));

@@ -97,10 +97,8 @@ pub fn scan(source: &dyn MeshSource, progress: &(dyn Fn(u64) + Sync)) -> Result<
     let blocks: Vec<usize> = (0..source.block_count()).collect();
     // A histogram is a megabyte: one for each of a few long runs of blocks, not one for each block.
     let run = blocks.len().div_ceil(4 * rayon::current_num_threads()).max(1);
-    let parts: Vec<Result<Part, InputError>> = blocks
-        .par_chunks(run)
-        .map(|run| scan_run(source, run, stride, &referenced, progress))
-        .collect();
+    let parts: Vec<Result<Part, InputError>> =
+        blocks.par_chunks(run).map(|run| scan_run(source, run, stride, &referenced, progress)).collect();
     let mut total = Part::new();
     for part in parts {
         total.append(part?);

@@ -5,5 +5,4 @@ mod run;
 mod tile;
 
 pub use events::{Event, Observer, Silent, Stage};
-pub use run::{Detection, FieldSink, Job, Work};
-pub use tile::VertexFields;
+pub use run::{Detection, Job, Work};

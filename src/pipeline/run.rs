@@ -4,11 +4,12 @@
 //! time. All heavy work runs on one thread pool, which is what `--threads` sizes; the stage threads mostly wait.
 
 use super::events::{Event, Observer, Stage};
-use super::tile::{Certified, TileResult, VertexFields, certify, compute};
+use super::tile::{Certified, TileResult, certify, compute};
 use crate::config::{Limits, Params};
 use crate::error::Error;
 use crate::input::MeshSource;
 use crate::mesh::TileId;
+use crate::output::FieldSink;
 use crate::partition::{Plan, Reach, Scan, scan};
 use crate::stitch::{Defects, Fragments, LineSet, stitch};
 use crossbeam::channel::{Receiver, Sender, bounded};
@@ -16,15 +17,6 @@ use rayon::ThreadPool;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::{Duration, Instant};
-
-/// Takes the fields of the vertices that tiles own; every vertex that a face uses comes exactly once, tiles in any order.
-pub trait FieldSink {
-    /// Takes the fields of one tile, by ascending id.
-    ///
-    /// # Errors
-    /// If they cannot be stored.
-    fn take(&mut self, fields: &[VertexFields]) -> Result<(), Error>;
-}
 
 /// Feature lines, and how they were found.
 #[derive(Clone, Debug)]
@@ -124,8 +116,9 @@ impl<'a> Job<'a> {
         self.finished(Stage::Tiles, started, &mut work);
         self.observer.event(Event::Started { stage: Stage::Stitch, total: fragments.links.len() as u64 });
         let defects = fragments.defects;
-        let lines = self
-            .timed(Stage::Stitch, &mut work, || Ok::<_, Error>(stitch(fragments, &plan.scale, &self.params)))?;
+        let lines = self.timed(Stage::Stitch, &mut work, || {
+            Ok::<_, Error>(stitch(fragments, &plan.scale, &self.params))
+        })?;
         Ok(Detection { lines, scan, defects, work })
     }
 
@@ -168,7 +161,7 @@ impl<'a> Job<'a> {
             }
             // What is left here would keep the channels open when everybody else has gone.
             drop((from_loader, to_committer));
-            let outcome = results.iter().try_for_each(|result| {
+            let outcome: Result<(), Error> = results.iter().try_for_each(|result| {
                 let tile = result?;
                 work.loaded_faces += tile.loaded_faces;
                 work.owned_faces += tile.owned_faces;

@@ -7,13 +7,16 @@
 use crate::config::Params;
 use crate::input::MeshSource;
 use crate::math::DEGREE;
-use crate::mesh::{Field, TileId, TileMesh, VertexId};
+use crate::mesh::{Field, TileId, TileMesh};
 use crate::partition::{
-    Cell, Demand, LoadError, Loaded, Plan, Reach, Region, load, merge, noise_demand, round_demand, vertex_demand,
+    Cell, Demand, LoadError, Loaded, Plan, Reach, Region, load, merge, noise_demand, round_demand,
+    vertex_demand,
 };
 use crate::refine::{Evidence, Linker, Support, average_along, contrast, ridges};
-use crate::stitch::{Class, Defects, Fragments, LineVertex, LinkPath, OpenEdge};
-use crate::voting::{FaceGeometry, Noise, Stop, Vote, first_votes, refine, stops, thresholds, vote_again, votes};
+use crate::stitch::{Class, Defects, Fragments, LineVertex, LinkPath, OpenEdge, VertexFields};
+use crate::voting::{
+    FaceGeometry, Noise, Stop, Vote, first_votes, refine, stops, thresholds, vote_again, votes,
+};
 use glam::DVec3;
 
 /// A tile with all that its vertices depend on.
@@ -36,27 +39,8 @@ pub struct Certified {
     pub regrown: u32,
 }
 
-/// The fields of one vertex, as the attribute table has them.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct VertexFields {
-    /// Global id.
-    pub id: VertexId,
-    /// As in the file.
-    pub position: DVec3,
-    /// l1 >= l2 >= l3, divided by l1.
-    pub eigenvalues: [f64; 3],
-    /// (l2 + l3) / 2.
-    pub omega: f64,
-    /// S in radians, not yet divided by the maximum of the mesh.
-    pub salience: f64,
-    /// Face, weak, sharp, corner or boundary.
-    pub class: Class,
-}
-
 /// What one tile contributes.
 pub struct TileResult {
-    /// Which tile.
-    pub id: TileId,
     /// Its share of the line graph.
     pub fragments: Fragments,
     /// Fields of the vertices it owns, by ascending id; empty unless they were asked for.
@@ -195,7 +179,7 @@ pub fn compute(tile: &Certified, plan: &Plan, params: &Params, with_fields: bool
         Vec::new()
     };
     let owned_faces = mesh.corners.iter().filter(|c| tile.owns_least(c)).count() as u64;
-    TileResult { id: tile.id, fragments, fields, loaded_faces: mesh.face_count() as u64, owned_faces }
+    TileResult { fragments, fields, loaded_faces: mesh.face_count() as u64, owned_faces }
 }
 
 /// What was found out about single vertices.
@@ -267,8 +251,11 @@ impl Certified {
     /// The open edges whose lower end is owned, and the defects this tile has to count.
     fn census(&self) -> (Vec<LocalEdge>, Defects) {
         let mesh = &self.mesh;
-        let degenerate =
-            mesh.corners.iter().zip(&self.faces.areas).filter(|(c, area)| **area == 0.0 && self.owns_least(c));
+        let degenerate = mesh
+            .corners
+            .iter()
+            .zip(&self.faces.areas)
+            .filter(|(c, area)| **area == 0.0 && self.owns_least(c));
         let mut defects = Defects {
             degenerate_faces: degenerate.count() as u64,
             duplicate_faces: mesh.duplicates.iter().filter(|&&v| self.owns(v)).count() as u64,

@@ -44,7 +44,9 @@ impl Linker<'_> {
         let t = self.votes.get(v).t;
         for d in [t, -t] {
             if let Some(vertices) = self.path(v, d)
-                && !vertices.windows(2).any(|e| self.stops.get(e[0]).boundary && self.stops.get(e[1]).boundary)
+                && !vertices
+                    .windows(2)
+                    .any(|e| self.stops.get(e[0]).boundary && self.stops.get(e[1]).boundary)
             {
                 links.push(self.link(vertices));
             }

@@ -128,6 +128,23 @@ impl Defects {
     }
 }
 
+/// The fields of one vertex, as the attribute table has them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct VertexFields {
+    /// Global id.
+    pub id: VertexId,
+    /// As in the file.
+    pub position: DVec3,
+    /// l1 >= l2 >= l3, divided by l1.
+    pub eigenvalues: [f64; 3],
+    /// (l2 + l3) / 2.
+    pub omega: f64,
+    /// S in radians, not yet divided by the maximum of the mesh.
+    pub salience: f64,
+    /// Face, weak, sharp, corner or boundary.
+    pub class: Class,
+}
+
 /// One tile's share of the result.
 #[derive(Clone, Debug, Default)]
 pub struct Fragments {

@@ -9,7 +9,7 @@ mod graph;
 mod lines;
 mod prune;
 
-pub use fragments::{Class, Defects, Fragments, LineVertex, LinkPath, OpenEdge};
+pub use fragments::{Class, Defects, Fragments, LineVertex, LinkPath, OpenEdge, VertexFields};
 pub use lines::Line;
 
 use crate::config::{Params, method};
@@ -38,8 +38,10 @@ pub fn stitch(fragments: Fragments, scale: &Scale, params: &Params) -> LineSet {
     vertices.dedup_by_key(|v| v.id);
     links.sort_unstable_by(LinkPath::order);
     links.dedup();
-    let apart =
-        LoopLength { base: scale.length(method::LOOP_LENGTH), per_round: scale.length(method::LOOP_PER_ROUND) };
+    let apart = LoopLength {
+        base: scale.length(method::LOOP_LENGTH),
+        per_round: scale.length(method::LOOP_PER_ROUND),
+    };
     let mut creases = graph::build(&vertices, &links, apart);
     prune::prune_branches(&mut creases, &vertices, scale.length(method::PRUNE_LENGTH));
     let shortest = scale.length(params.min_length_sigmas * method::SIGMA_EDGES);
@@ -69,10 +71,8 @@ impl LineSet {
     fn drop_unused(&mut self) {
         let mut place = vec![u32::MAX; self.vertices.len()];
         self.lines.iter().flat_map(|l| &l.vertices).for_each(|&v| place[v as usize] = 0);
-        let mut next = 0;
-        for slot in place.iter_mut().filter(|slot| **slot == 0) {
+        for (next, slot) in (0..).zip(place.iter_mut().filter(|slot| **slot == 0)) {
             *slot = next;
-            next += 1;
         }
         self.lines.iter_mut().flat_map(|l| &mut l.vertices).for_each(|v| *v = place[*v as usize]);
         let mut used = place.iter().map(|&slot| slot != u32::MAX);

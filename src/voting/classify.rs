@@ -53,8 +53,7 @@ pub fn stops(mesh: &TileMesh, votes: &Field<Vote>, at: &[u32]) -> Field<Stop> {
     Field::compute(mesh.vertex_count(), at, |v| {
         let vote = votes.get(v);
         let plate = 2.0 * crate::math::half_fold(vote.eigenvalues[1]);
-        let corner =
-            vote.phi >= method::CORNER_MIN_DEG * DEGREE && vote.phi >= method::CORNER_RATIO * plate;
+        let corner = vote.phi >= method::CORNER_MIN_DEG * DEGREE && vote.phi >= method::CORNER_RATIO * plate;
         Stop { corner, boundary: on_boundary(mesh, v) }
     })
 }

@@ -63,7 +63,8 @@ impl Levels {
         let mut histogram = [0u32; BINS];
         let mut count = 0u64;
         for slot in CubeBox::around(cube).cubes().filter_map(|c| self.slots.get(&c)) {
-            let samples = &self.bins[self.starts[*slot as usize] as usize..self.starts[*slot as usize + 1] as usize];
+            let samples =
+                &self.bins[self.starts[*slot as usize] as usize..self.starts[*slot as usize + 1] as usize];
             samples.iter().for_each(|&b| histogram[b as usize] += 1);
             count += samples.len() as u64;
         }

@@ -58,7 +58,8 @@ impl FaceGeometry {
 fn opposed_faces(mesh: &TileMesh) -> Option<Csr> {
     let mut pairs: Vec<(u32, u32)> = edges(mesh, |v, uses, out| {
         for (i, a) in uses.iter().enumerate().filter(|(_, a)| a.other > v) {
-            let same = uses[i + 1..].iter().take_while(|b| b.other == a.other).filter(|b| b.outward == a.outward);
+            let same =
+                uses[i + 1..].iter().take_while(|b| b.other == a.other).filter(|b| b.outward == a.outward);
             same.for_each(|b| out.extend([(a.face, b.face), (b.face, a.face)]));
         }
     });
@@ -73,10 +74,7 @@ fn opposed_faces(mesh: &TileMesh) -> Option<Csr> {
 }
 
 /// Runs `visit` over the edge uses of every vertex, in parallel, and joins what it pushes in vertex order.
-pub(super) fn edges<T: Send>(
-    mesh: &TileMesh,
-    visit: impl Fn(u32, &[EdgeUse], &mut Vec<T>) + Sync,
-) -> Vec<T> {
+pub(super) fn edges<T: Send>(mesh: &TileMesh, visit: impl Fn(u32, &[EdgeUse], &mut Vec<T>) + Sync) -> Vec<T> {
     let vertices: Vec<u32> = (0..mesh.vertex_count() as u32).collect();
     let parts: Vec<Vec<T>> = vertices
         .par_chunks(4096)
@@ -154,7 +152,9 @@ pub fn refine(mesh: &TileMesh, faces: &FaceGeometry, s0: &[Option<f64>], needed:
         let next: Vec<DVec3> = active
             .par_iter()
             .with_min_len(256)
-            .map(|&f| vote_on_normal(mesh, faces, &normals, f, range_width(s0[f as usize].unwrap_or(0.0), round)))
+            .map(|&f| {
+                vote_on_normal(mesh, faces, &normals, f, range_width(s0[f as usize].unwrap_or(0.0), round))
+            })
             .collect();
         active.iter().zip(next).for_each(|(&f, n)| normals[f as usize] = n);
         round += 1;
