@@ -68,7 +68,11 @@ fn fixtures_give_the_same_bytes_for_every_cut() {
     let boundaries = Params { boundaries: true, ..Params::default() };
     for name in FIXTURES {
         let mesh = fixture(&format!("meshes/{name}.ply"));
-        assert_equivalent(&mesh, boundaries, &full_matrix(&[None, Some(50_000), Some(5_000), Some(500)], &[1, 2, 3, 8]));
+        assert_equivalent(
+            &mesh,
+            boundaries,
+            &full_matrix(&[None, Some(50_000), Some(5_000), Some(500)], &[1, 2, 3, 8]),
+        );
         // Hundreds of tiles, each with nearly the whole mesh as its halo: the most seams and the most work.
         let tiny = full_matrix(&[Some(37)], &[3]);
         assert_equivalent(&mesh, boundaries, &tiny[..1]);

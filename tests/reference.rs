@@ -34,7 +34,8 @@ fn compare(name: &str) {
     }
     // The fold angle contains the root of l2. Where l2 is rounding (1e-17), its root is 1e-8 of either solver's making.
     assert!(
-        saliency_off.iter().all(|(_, a, b)| (a - b).abs() < 1e-7) && saliency_off.len() * 100 <= fields.0.len(),
+        saliency_off.iter().all(|(_, a, b)| (a - b).abs() < 1e-7)
+            && saliency_off.len() * 100 <= fields.0.len(),
         "{saliency_off:?}"
     );
     assert_eq!(edges(&found), golden_edges(name), "the lines run along other edges");

@@ -1,7 +1,6 @@
-
 mod support;
-use crease::{Params, Limits, Tiling};
 use crease::input::IoMode;
+use crease::{Limits, Params, Tiling};
 #[test]
 fn probe() {
     let name = std::env::var("PROBE").unwrap();
@@ -10,8 +9,21 @@ fn probe() {
         let tile: u64 = t.parse().unwrap();
         let start = std::time::Instant::now();
         let tiling = if tile == 0 { Tiling::InCore } else { Tiling::Faces(tile) };
-        let (found, _) = support::run(&support::open(&mesh), Params::default(), Limits { tiling, threads: 2, io: IoMode::Map });
+        let (found, _) = support::run(
+            &support::open(&mesh),
+            Params::default(),
+            Limits { tiling, threads: 2, io: IoMode::Map },
+        );
         let w = &found.work;
-        println!("{name} {tile}: {:?} lines {} {:?} loaded/owned {:.3} regrown {} tiles {} {:?}", start.elapsed(), found.lines.lines.len(), found.defects, w.loaded_faces as f64 / w.owned_faces as f64, w.regrown, w.tiles, w.stages);
+        println!(
+            "{name} {tile}: {:?} lines {} {:?} loaded/owned {:.3} regrown {} tiles {} {:?}",
+            start.elapsed(),
+            found.lines.lines.len(),
+            found.defects,
+            w.loaded_faces as f64 / w.owned_faces as f64,
+            w.regrown,
+            w.tiles,
+            w.stages
+        );
     }
 }

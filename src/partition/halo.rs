@@ -71,8 +71,9 @@ impl Reach {
         }
     }
 
-    /// A margin, in cubes, that is usually enough for a mesh with up to `rounds` refinement rounds: a ring is about one
-    /// median edge, a level reaches up to two cubes.
+    /// A margin, in cubes, that is usually enough for a mesh with up to `rounds` refinement rounds: two levels reach up to
+    /// two cubes each, the rings come on top. A ring is taken for a median edge: longer ones are better fetched one by
+    /// one than by a margin all around.
     pub fn margin(&self, rounds: u32) -> i64 {
         let rings = self.link_steps + self.trace_steps + self.revotes + 1 + rounds as usize;
         2 + 2 + (rings as f64 / method::LEVEL_CUBE).ceil() as i64
@@ -108,10 +109,9 @@ impl Rings {
             let from = if ring == 0 { 0 } else { rest.ends[ring - 1] };
             let mut next = Vec::new();
             for &v in &rest.list[from..] {
-                if !tile.certified(v, rings - ring, gaps) {
-                    continue;
-                }
-                for &u in tile.mesh.ring_of(v) {
+                // A ring that is known in part already tells where it leads: fewer loads than waiting for all of it.
+                tile.certified(v, rings - ring, gaps);
+                for &u in tile.mesh.ring.row(v) {
                     if !inside[u as usize] {
                         inside[u as usize] = true;
                         next.push(u);
@@ -157,7 +157,12 @@ impl Loaded<'_> {
     fn certified(&self, v: u32, rings: usize, gaps: &mut HashSet<Gap>) -> bool {
         let complete = self.mesh.complete[v as usize];
         if !complete {
-            gaps.insert(Gap { cube: self.cube(v), rings: rings as u32 });
+            // Edges are as long as those around; the ones that are loaded tell.
+            let ring = self.mesh.ring.row(v);
+            let length = |&u: &u32| (self.mesh.position(u) - self.mesh.position(v)).length();
+            let edge = ring.iter().map(length).sum::<f64>() / ring.len().max(1) as f64;
+            let cubes = (rings as f64 * edge / self.lattice.edge).ceil();
+            gaps.insert(Gap { cube: self.cube(v), margin: cubes as u32 });
         }
         complete
     }
@@ -165,7 +170,8 @@ impl Loaded<'_> {
     /// Notes the cubes that a level at `cube` needs and that were not loaded.
     fn level_gaps(&self, cube: Cube, rings: usize, gaps: &mut HashSet<Gap>) {
         let missing = CubeBox::around(cube).cubes().filter(|&c| !self.region.contains(c));
-        gaps.extend(missing.map(|cube| Gap { cube, rings: rings as u32 }));
+        let margin = rings.div_ceil(method::LEVEL_CUBE as usize) as u32;
+        gaps.extend(missing.map(|cube| Gap { cube, margin }));
     }
 }
 
@@ -215,47 +221,45 @@ pub fn vertex_demand(tile: &Loaded, plan: &Plan, cell: &Cell, reach: &Reach) -> 
     (Demand { owned, linked, traced, thinned, voted }, gaps)
 }
 
-/// `seeds` and every vertex that thinning at one of them looks at.
+/// `seeds` and every vertex that thinning at one of them looks at, ascending.
 fn balls(tile: &Loaded, seeds: &[u32], reach: &Reach, gaps: &mut HashSet<Gap>) -> Vec<u32> {
-    let mesh = tile.mesh;
-    let found: Vec<(Vec<u32>, Vec<u32>)> = seeds
-        .par_chunks(1024)
-        .map(|chunk| {
-            let (mut looked_at, mut outside) = (Vec::new(), Vec::new());
-            let mut ball = Vec::new();
-            for &v in chunk {
-                ball.clear();
-                ball.push(v);
-                let mut next = 0;
-                while next < ball.len() {
-                    let u = ball[next];
-                    next += 1;
-                    if !mesh.complete[u as usize] {
-                        outside.push(u);
-                        continue;
-                    }
-                    looked_at.extend_from_slice(mesh.ring_of(u));
-                    for &w in mesh.ring_of(u) {
-                        let d = mesh.position(w) - mesh.position(v);
-                        if d.dot(d) <= reach.thin_radius * reach.thin_radius && !ball.contains(&w) {
-                            ball.push(w);
-                        }
-                    }
-                }
-            }
-            looked_at.sort_unstable();
-            looked_at.dedup();
-            (looked_at, outside)
-        })
-        .collect();
-    let mut all = seeds.to_vec();
+    let found: Vec<(Vec<u32>, Vec<u32>)> =
+        seeds.par_chunks(1024).map(|chunk| balls_of(tile.mesh, chunk, reach.thin_radius)).collect();
+    let mut inside = vec![false; tile.mesh.vertex_count()];
+    seeds.iter().for_each(|&v| inside[v as usize] = true);
     for (looked_at, outside) in found {
-        all.extend(looked_at);
+        looked_at.into_iter().for_each(|v| inside[v as usize] = true);
         outside.into_iter().for_each(|u| _ = tile.certified(u, reach.average_rounds, gaps));
     }
-    all.sort_unstable();
-    all.dedup();
-    all
+    (0..inside.len() as u32).filter(|&v| inside[v as usize]).collect()
+}
+
+/// The vertices looked at from `seeds`, and those among them whose surroundings were not loaded whole.
+fn balls_of(mesh: &TileMesh, seeds: &[u32], radius: f64) -> (Vec<u32>, Vec<u32>) {
+    let (mut looked_at, mut outside) = (Vec::new(), Vec::new());
+    let mut ball = Vec::new();
+    for &v in seeds {
+        ball.clear();
+        ball.push(v);
+        let mut next = 0;
+        while next < ball.len() {
+            let u = ball[next];
+            next += 1;
+            if !mesh.complete[u as usize] {
+                outside.push(u);
+            }
+            for &w in mesh.ring.row(u) {
+                looked_at.push(w);
+                let d = mesh.position(w) - mesh.position(v);
+                if d.dot(d) <= radius * radius && !ball.contains(&w) {
+                    ball.push(w);
+                }
+            }
+        }
+    }
+    looked_at.sort_unstable();
+    looked_at.dedup();
+    (looked_at, outside)
 }
 
 /// The vertices whose theta enters the level at one of `seeds`.
@@ -270,7 +274,7 @@ fn in_level_cubes(tile: &Loaded, seeds: &[u32], reach: &Reach, gaps: &mut HashSe
     }
     (0..tile.mesh.vertex_count() as u32)
         .into_par_iter()
-        .filter(|&v| tile.mesh.complete[v as usize] && support.contains(&tile.cube(v)))
+        .filter(|&v| support.contains(&tile.cube(v)))
         .collect()
 }
 
@@ -301,15 +305,16 @@ pub fn round_demand(
     let mut asking = Asking {
         tile,
         most: &most,
+        limit: plan.scale.rounds(method::REFINE_ROUNDS) as u32,
         needed: vec![0; mesh.face_count()],
         seen: vec![false; mesh.face_count()],
         queue: Vec::new(),
         gaps: HashSet::new(),
     };
     let mut settled = vec![false; mesh.vertex_count()];
-    for &v in voted.all().iter().filter(|&&v| mesh.complete[v as usize]) {
+    for &v in voted.all() {
         settled[v as usize] = true;
-        mesh.faces_of(v).iter().for_each(|&f| asking.ask(f, u32::MAX));
+        mesh.faces_around.row(v).iter().for_each(|&f| asking.ask(f, u32::MAX));
     }
     asking.spread(&settled);
     (asking.needed, asking.gaps)
@@ -320,6 +325,8 @@ struct Asking<'a> {
     tile: &'a Loaded<'a>,
     /// Rounds that each face takes part in, where that is known.
     most: &'a [Option<u32>],
+    /// Most rounds of any face.
+    limit: u32,
     needed: Vec<u32>,
     seen: Vec<bool>,
     /// Faces by the number of rounds they need, to be asked what they need in turn.
@@ -331,20 +338,18 @@ impl Asking<'_> {
     /// Face `f` is needed as it is after `n` rounds, or after its last one.
     fn ask(&mut self, f: u32, n: u32) {
         let first = !std::mem::replace(&mut self.seen[f as usize], true);
-        match self.most[f as usize] {
-            None if first => {
-                let cube = self.tile.lattice.cube_of(self.tile.mesh.barycentre(f));
-                self.tile.level_gaps(cube, n.min(method::REFINE_ROUNDS as u32) as usize, &mut self.gaps);
+        // A face whose noise is not known may need as many rounds as any: fewer loads than waiting until it is.
+        let n = n.min(self.most[f as usize].unwrap_or(self.limit));
+        if first && self.most[f as usize].is_none() {
+            let cube = self.tile.lattice.cube_of(self.tile.mesh.barycentre(f));
+            self.tile.level_gaps(cube, n as usize, &mut self.gaps);
+        }
+        if n > self.needed[f as usize] {
+            self.needed[f as usize] = n;
+            if self.queue.len() <= n as usize {
+                self.queue.resize(n as usize + 1, Vec::new());
             }
-            Some(most) if n.min(most) > self.needed[f as usize] => {
-                let n = n.min(most);
-                self.needed[f as usize] = n;
-                if self.queue.len() <= n as usize {
-                    self.queue.resize(n as usize + 1, Vec::new());
-                }
-                self.queue[n as usize].push(f);
-            }
-            _ => {}
+            self.queue[n as usize].push(f);
         }
     }
 
@@ -359,24 +364,23 @@ impl Asking<'_> {
                 }
                 let corners = tile.mesh.corners[f as usize];
                 for v in corners.into_iter().filter(|&v| !settled[v as usize]) {
-                    if tile.certified(v, n, &mut self.gaps) {
-                        tile.mesh.faces_of(v).iter().for_each(|&g| self.ask(g, n as u32 - 1));
-                    }
+                    tile.certified(v, n, &mut self.gaps);
+                    tile.mesh.faces_around.row(v).iter().for_each(|&g| self.ask(g, n as u32 - 1));
                 }
             }
         }
     }
 }
 
-/// The largest ring hint for each cube: what the region grows by.
+/// The largest margin for each cube: what the region grows by.
 pub fn merge(gaps: HashSet<Gap>) -> Vec<Gap> {
     let mut most: HashMap<Cube, u32> = HashMap::new();
     #[expect(clippy::iter_over_hash_type, reason = "a maximum for each cube does not depend on the order")]
     for gap in gaps {
-        let rings = most.entry(gap.cube).or_default();
-        *rings = gap.rings.max(*rings);
+        let margin = most.entry(gap.cube).or_default();
+        *margin = gap.margin.max(*margin);
     }
-    let mut merged: Vec<Gap> = most.into_iter().map(|(cube, rings)| Gap { cube, rings }).collect();
+    let mut merged: Vec<Gap> = most.into_iter().map(|(cube, margin)| Gap { cube, margin }).collect();
     merged.sort_unstable();
     merged
 }

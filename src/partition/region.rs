@@ -21,12 +21,13 @@ pub struct Region {
 pub struct Gap {
     /// A cube that must be loaded.
     pub cube: Cube,
-    /// How many more rings may be asked for beyond it: a hint that saves coming back, not a condition.
-    pub rings: u32,
+    /// How many cubes around it may be asked for next: a guess that saves coming back, not a condition.
+    pub margin: u32,
 }
 
-/// A cube is six median edges wide, so about six rings.
-const RINGS_PER_CUBE: u32 = 6;
+/// Gaps beyond the first margin are mostly tentacles: a few long edges that lead far out, into places with few faces.
+/// Fetching a wide surrounding at once is cheaper there than coming back for every edge; wider than this, it is not.
+const MOST_MARGIN: u32 = 10;
 
 impl Region {
     /// A region of one box.
@@ -73,10 +74,10 @@ impl Region {
         &self.main
     }
 
-    /// Adds what `gaps` ask for.
+    /// Adds what `gaps` ask for, with their margins.
     pub fn grow(&mut self, gaps: &[Gap]) {
         for gap in gaps {
-            let margin = i64::from(gap.rings.div_ceil(RINGS_PER_CUBE));
+            let margin = i64::from(gap.margin.min(MOST_MARGIN));
             for cube in (CubeBox { min: gap.cube, max: gap.cube }).grown(margin).cubes() {
                 if !self.main.contains(cube) && self.extra.insert(cube) {
                     self.listed.push(cube);
@@ -94,11 +95,11 @@ mod tests {
     fn grows_by_what_is_missing() {
         let mut region = Region::new(CubeBox { min: [0; 3], max: [3; 3] });
         assert!(region.covers_level([1, 1, 1]) && !region.covers_level([0, 1, 1]));
-        region.grow(&[Gap { cube: [5, 1, 1], rings: 0 }]);
+        region.grow(&[Gap { cube: [5, 1, 1], margin: 0 }]);
         assert!(region.contains([5, 1, 1]) && !region.contains([4, 1, 1]));
         assert!(region.meets(&CubeBox { min: [4, 0, 0], max: [9, 9, 9] }));
         assert!(!region.meets(&CubeBox { min: [6, 0, 0], max: [9, 9, 9] }));
-        region.grow(&[Gap { cube: [5, 1, 1], rings: 7 }]);
+        region.grow(&[Gap { cube: [5, 1, 1], margin: 2 }]);
         assert!(region.contains([7, 3, -1]));
         // The 5^3 cubes around the gap, less those of its x = 3 layer (4 by 4) that the box has already.
         assert_eq!(region.boxes().count(), 1 + 125 - 16);

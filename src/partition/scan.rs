@@ -63,6 +63,8 @@ pub struct Scan {
     pub bounds: Bounds,
     /// Median side length in mesh units, rounded down to a histogram bin; 0 if no side has a length.
     pub median_side: f64,
+    /// Mean side length in mesh units, good to a percent. On irregular scans it is several times the median.
+    pub mean_side: f64,
     /// Shortest and longest side in mesh units, rounded like the median.
     pub side_range: (f64, f64),
     /// Faces that name a vertex twice; they take no part.
@@ -108,6 +110,7 @@ pub fn scan(source: &dyn MeshSource, progress: &(dyn Fn(u64) + Sync)) -> Result<
         faces,
         bounds: total.bounds,
         median_side: total.sides.quantile(|n| (n - 1) / 2),
+        mean_side: total.sides.mean(),
         side_range: (total.sides.quantile(|_| 0), total.sides.quantile(|n| n - 1)),
         repeated_corner: total.repeated_corner,
         unreferenced: source.vertex_count() - referenced.count(),
@@ -229,6 +232,16 @@ impl SideHistogram {
         self.bins.iter_mut().zip(&other.bins).for_each(|(a, b)| *a += b);
     }
 
+    /// Mean of the lower bounds of the bins.
+    fn mean(&self) -> f64 {
+        let (mut count, mut sum) = (0u64, 0.0);
+        for (bin, &n) in self.bins.iter().enumerate().filter(|(_, n)| **n > 0) {
+            count += n;
+            sum += n as f64 * length_of(bin);
+        }
+        sum / count.max(1) as f64
+    }
+
     /// Lower bound of the bin that holds the element of the rank that `rank` makes of the count, as a length.
     fn quantile(&self, rank: impl Fn(u64) -> u64) -> f64 {
         let count: u64 = self.bins.iter().sum();
@@ -241,8 +254,13 @@ impl SideHistogram {
             below += n;
             below > rank
         });
-        bin.map_or(0.0, |bin| f64::from_bits((bin as u64) << BIN_SHIFT).sqrt())
+        bin.map_or(0.0, length_of)
     }
+}
+
+/// Lower bound of a bin, as a length.
+fn length_of(bin: usize) -> f64 {
+    f64::from_bits((bin as u64) << BIN_SHIFT).sqrt()
 }
 
 /// One bit a vertex.

@@ -80,7 +80,8 @@ pub fn read_vertices(path: &Path) -> BTreeMap<String, Vec<f64>> {
     for _ in 0..count {
         for (name, double) in &properties {
             let (head, tail) = rest.split_at(if *double { 8 } else { 1 });
-            let x = if *double { f64::from_le_bytes(head.try_into().expect("8 bytes")) } else { head[0].into() };
+            let x =
+                if *double { f64::from_le_bytes(head.try_into().expect("8 bytes")) } else { head[0].into() };
             table.entry(name.clone()).or_default().push(x);
             rest = tail;
         }
