@@ -176,9 +176,10 @@ impl SigmaArgs {
 /// How the work is cut up.
 #[derive(Debug, Args)]
 pub(super) struct WorkArgs {
-    /// Threads that compute. 0, the default, is one for each processor.
-    #[arg(long, value_name = "N", help_heading = HOW, default_value_t = 0, hide_default_value = true)]
-    threads: usize,
+    /// Threads that compute, at most 1024. 0, the default, is one for each processor.
+    #[arg(long, value_name = "N", help_heading = HOW, default_value_t = 0, hide_default_value = true,
+          value_parser = clap::value_parser!(u16).range(..=1024))]
+    threads: u16,
 
     /// Faces of a tile, the piece of the mesh that is worked on at a time: fewer need less memory, more need less time.
     /// Default: 500000.
@@ -203,7 +204,7 @@ impl WorkArgs {
             true => Tiling::InCore,
             false => Tiling::Faces(self.tile_faces.unwrap_or(DEFAULT_TILE_FACES)),
         };
-        let threads = if self.threads == 0 { processors() } else { self.threads };
+        let threads = if self.threads == 0 { processors() } else { self.threads.into() };
         Limits { threads, tiling, io: self.io.into() }
     }
 }
@@ -362,6 +363,7 @@ mod tests {
             "--tile-faces 0",
             "--tile-faces 5 --in-core",
             "--threads -1",
+            "--threads 1025",
             "--io pipe",
             "--quiet --verbose",
         ] {

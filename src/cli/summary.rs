@@ -68,29 +68,28 @@ impl Outcome<'_> {
         }
         let closed = set.lines.iter().filter(|l| l.closed).count() as u64;
         let corners = set.vertices.iter().filter(|v| v.corner).count() as u64;
+        // One number of decimals for all, so that lengths can be compared at a glance.
+        let decimals = decimals_for(length, 5);
         writeln!(
             f,
             "\nfound {}, {} mesh units in total; {}; {}",
             counted(count, "line", "lines"),
-            with_decimals(length, decimals_for(length, 5)),
+            with_decimals(length, decimals),
             counted(closed, "closed loop", "closed loops"),
             counted(corners, "corner", "corners")
         )?;
-        // One number of decimals for all, so that lengths can be compared at a glance.
-        let decimals = decimals_for(length, 5);
-        let head = ["class", "lines", "length", "share", "fold angle, degrees"].map(str::to_owned);
+        let head = ["class", "lines", "length", "share", "fold angle", "from", "to"].map(str::to_owned);
         let mut rows = vec![head.to_vec()];
         for class in CLASSES {
             let of_class = || set.lines.iter().filter(|l| l.class == class);
             let (count, sum) = total(of_class());
             if count > 0 {
-                let angle = match class {
-                    Class::Weak | Class::Sharp => angles(of_class()),
-                    _ => String::new(),
-                };
-                let name = class.name().to_owned();
-                let sum_text = with_decimals(sum, decimals);
-                rows.push(vec![name, grouped(count), sum_text, percent(sum, length), angle]);
+                let (name, share) = (class.name().to_owned(), percent(sum, length));
+                let mut row = vec![name, grouped(count), with_decimals(sum, decimals), share];
+                if matches!(class, Class::Weak | Class::Sharp) {
+                    row.extend(angles(of_class()));
+                }
+                rows.push(row);
             }
         }
         f.write_str(&table(2, &rows))
@@ -184,7 +183,7 @@ fn total<'a>(lines: impl Iterator<Item = &'a Line>) -> (u64, f64) {
 }
 
 /// Mean over the length, and the range of the means of the lines.
-fn angles<'a>(lines: impl Iterator<Item = &'a Line>) -> String {
+fn angles<'a>(lines: impl Iterator<Item = &'a Line>) -> [String; 3] {
     let (mut sum, mut length, mut least, mut most) = (0.0, 0.0, f64::INFINITY, 0.0f64);
     for line in lines {
         sum += line.angle * line.length;
@@ -193,7 +192,7 @@ fn angles<'a>(lines: impl Iterator<Item = &'a Line>) -> String {
         most = most.max(line.angle);
     }
     let mean = sum / length.max(f64::MIN_POSITIVE);
-    if least == most { format!("{mean:.1}") } else { format!("{mean:.1} ({least:.1} to {most:.1})") }
+    [mean, least, most].map(|angle| format!("{angle:.1}°"))
 }
 
 #[cfg(test)]
@@ -263,9 +262,9 @@ scan.ply
   sigma             1.500 mesh units (3.00 median edges)
 
 found 4 lines, 100.00 mesh units in total; 1 closed loop; 0 corners
-  class     lines  length   share  fold angle, degrees
-  sharp         2   40.00  40.0 %  80.0 (50.0 to 90.0)
-  weak          1   10.00  10.0 %  20.0
+  class     lines  length   share  fold angle   from     to
+  sharp         2   40.00  40.0 %       80.0°  50.0°  90.0°
+  weak          1   10.00  10.0 %       20.0°  20.0°  20.0°
   boundary      1   50.00  50.0 %
 
 defects seen
@@ -288,7 +287,7 @@ written
     #[test]
     fn finding_nothing_is_said_with_a_hint() {
         let text = text(&detection(Vec::new()));
-        assert!(text.contains("found no lines\n"), "{text}");
+        assert!(text.contains("\nfound no lines; "), "{text}");
         for hint in ["--min-angle below 5", "--min-length below 2.67", "--sigma below 1.500"] {
             assert!(text.contains(hint), "{hint} is not in {text}");
         }
