@@ -1,7 +1,10 @@
 //! Progress as a bar on a terminal: stage, share, speed and what is left.
 
 use crate::pipeline::{Event, Observer, Stage};
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressFinish, ProgressStyle};
+use indicatif::{
+    HumanDuration, ProgressBar, ProgressDrawTarget, ProgressFinish, ProgressState, ProgressStyle,
+};
+use std::fmt::Write;
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
@@ -45,19 +48,25 @@ fn begin(stage: Stage, total: u64) -> ProgressBar {
     let template = match stage {
         Stage::Stitch | Stage::Write => "{prefix:>7} {spinner} {elapsed}",
         Stage::Scan => {
-            "{prefix:>7} [{bar:30}] {percent:>3} %  {human_pos}/{human_len} faces, {per_sec}, {eta} left"
+            "{prefix:>7} [{bar:30}] {percent:>3} %  {human_pos}/{human_len} faces, {per_sec}{left}"
         }
-        Stage::Tiles => {
-            "{prefix:>7} [{bar:30}] {percent:>3} %  {human_pos}/{human_len}, {elapsed}, {eta} left"
-        }
+        Stage::Tiles => "{prefix:>7} [{bar:30}] {percent:>3} %  {human_pos}/{human_len}, {elapsed}{left}",
     };
     // The templates are fixed; one that were wrong would cost the looks and nothing else.
     if let Ok(style) = ProgressStyle::with_template(template) {
-        bar.set_style(style.progress_chars("=> "));
+        bar.set_style(style.progress_chars("=> ").with_key("left", left));
     }
     let bar = bar.with_prefix(name).with_finish(ProgressFinish::AndClear);
     bar.enable_steady_tick(TICK);
     bar
+}
+
+/// What is left, as soon as there is something to reckon it from.
+fn left(state: &ProgressState, out: &mut dyn Write) {
+    if state.pos() > 0 {
+        // A bar that cannot be drawn is no reason to stop.
+        let _ = write!(out, ", {:#} left", HumanDuration(state.eta()));
+    }
 }
 
 #[cfg(test)]
