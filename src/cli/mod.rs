@@ -1,1 +1,49 @@
-//! The command line.
+//! The command line: the only part that prints.
+//!
+//! In: the words of the command line. Out: an [`Exit`]. Results and summaries go to standard output; progress, the log
+//! and errors go to standard error, so that either can be redirected alone. An error is one line.
+//!
+//! ```text
+//!  args ──> commands: detect, info, diff ──> text on stdout
+//!             │  targets, summary, records
+//!             └──> progress, memory ──> stderr
+//! ```
+
+mod args;
+mod commands;
+mod console;
+mod exit;
+mod memory;
+mod progress;
+mod records;
+mod summary;
+mod targets;
+mod text;
+
+pub use exit::Exit;
+
+use args::{Cli, Command};
+use clap::Parser;
+use exit::Failure;
+use std::ffi::OsString;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+/// Parses `arguments`, of which the first is the name of the program, and does what they ask for.
+pub fn run(arguments: impl IntoIterator<Item = OsString>) -> Exit {
+    console::report_panics_on_one_line();
+    let cli = match Cli::try_parse_from(arguments) {
+        Ok(cli) => cli,
+        Err(refusal) => return console::answer(&refusal),
+    };
+    // The hook has said by then what happened and where.
+    let outcome = catch_unwind(AssertUnwindSafe(|| match &cli.command {
+        Command::Detect(args) => commands::detect(args),
+        Command::Info(args) => commands::info(args),
+        Command::Diff(args) => commands::diff(args),
+    }))
+    .unwrap_or(Err(Failure::new(Exit::Internal, "stopped by a bug")));
+    outcome.unwrap_or_else(|failure| {
+        console::error(&failure.message);
+        failure.exit
+    })
+}

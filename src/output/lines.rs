@@ -15,6 +15,14 @@ use std::path::Path;
 /// # Errors
 /// If the file cannot be written, or there are more elements than 32 bits can index.
 pub fn write_ply(target: &Path, lines: &LineSet) -> Result<(), OutputError> {
+    stage_ply(target, lines)?.commit()
+}
+
+/// Writes `lines` to the part that becomes `target` when it is committed: for outputs that must appear together.
+///
+/// # Errors
+/// If the part cannot be written, or there are more elements than 32 bits can index.
+pub fn stage_ply(target: &Path, lines: &LineSet) -> Result<PartFile, OutputError> {
     let edges: u64 = lines.lines.iter().map(|l| l.vertices.len() as u64 - 1).sum();
     let counts =
         [(lines.vertices.len() as u64, "vertices"), (edges, "edges"), (lines.lines.len() as u64, "lines")];
@@ -29,7 +37,7 @@ pub fn write_ply(target: &Path, lines: &LineSet) -> Result<(), OutputError> {
         .and_then(|()| out.flush())
         .map_err(OutputError::io(target, "cannot write"))?;
     drop(out);
-    part.commit()
+    Ok(part)
 }
 
 fn write_all(

@@ -7,7 +7,7 @@ mod part_file;
 
 pub use attributes::AttributeFile;
 pub use error::OutputError;
-pub use lines::write_ply;
+pub use lines::{stage_ply, write_ply};
 pub use part_file::{PartFile, check_target};
 
 use crate::stitch::VertexFields;

@@ -1,0 +1,373 @@
+//! The command line as types, with the help texts.
+//!
+//! In: words. Out: [`Params`], [`Limits`] and paths whose values are possible ones on their own; whether they suit a mesh
+//! is found out when it has been scanned.
+
+use crate::config::{DEFAULT_TILE_FACES, Limits, Params, Sigma, Tiling, method};
+use crate::input::IoMode;
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use std::path::PathBuf;
+
+/// Headings of the help.
+const WHAT: &str = "What is detected";
+const HOW: &str = "How the work is done (none of this changes the result)";
+const OUTPUT: &str = "Output";
+
+/// Finds feature lines (sharp edges, weak creases, corners) in triangle meshes that may be larger than memory.
+#[derive(Debug, Parser)]
+#[command(name = "crease", version, arg_required_else_help = true, max_term_width = 110, after_help = EXIT_CODES)]
+pub(super) struct Cli {
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+const EXIT_CODES: &str = "\
+Exit codes:
+  0    done (diff: the files are identical)
+  1    internal error (diff: the files differ)
+  2    usage: an option, a parameter that does not suit the mesh, an output that exists already
+  3    bad input: the file cannot be read or is not a mesh
+  4    out of a resource: disk, memory, threads, or an output that cannot be written
+  5    the workspace is damaged or belongs to another job
+  130  interrupted";
+
+/// What to do.
+#[derive(Debug, Subcommand)]
+pub(super) enum Command {
+    /// Finds the feature lines of a mesh and writes them to a file.
+    #[command(after_help = DETECT_EXAMPLES)]
+    Detect(DetectArgs),
+    /// Describes a mesh and how it would be worked on, without doing the work.
+    ///
+    /// Reads the file once. Open borders and non-manifold edges are counted by `detect`, because they show only when
+    /// neighbouring faces are joined.
+    Info(InfoArgs),
+    /// Compares two result files record by record.
+    ///
+    /// Prints `identical` and ends with exit code 0, or prints the first difference and a table of all that differs, and
+    /// ends with exit code 1. Any two binary little-endian PLY files can be compared, of any size.
+    Diff(DiffArgs),
+}
+
+const DETECT_EXAMPLES: &str = "\
+Examples:
+  crease detect scan.ply
+      writes scan.creases.ply into the current directory
+  crease detect scan.ply -o lines.ply --sigma 0.15 --min-angle 10
+      in a scan in metres: averages over 15 cm, and reports creases of 10 degrees or more
+  crease detect city.ply --attributes city.fields.ply --threads 8 --tile-faces 1000000
+      writes a table of all vertices too; works with 8 threads on tiles of a million faces";
+
+/// Arguments of `detect`.
+#[derive(Debug, Args)]
+pub(super) struct DetectArgs {
+    /// The mesh: a binary little-endian PLY file of any size.
+    pub input: PathBuf,
+
+    #[command(flatten)]
+    pub sigma: SigmaArgs,
+
+    /// The weakest crease to report, as its fold angle in degrees: 0 is flat, 90 is the edge of a box. Default: 0, which
+    /// leaves the decision to the noise and the curvature around each place.
+    #[arg(long, value_name = "DEG", help_heading = WHAT, value_parser = angle, allow_negative_numbers = true)]
+    pub min_angle: Option<f64>,
+
+    /// The shortest line to report, in sigmas: connected lines that are shorter together are dropped. Default: 2.67.
+    #[arg(long, value_name = "SIGMAS", help_heading = WHAT, value_parser = length, allow_negative_numbers = true)]
+    pub min_length: Option<f64>,
+
+    /// Report the open borders of the mesh and its non-manifold edges too, each as a class of its own.
+    #[arg(long, help_heading = WHAT)]
+    pub boundaries: bool,
+
+    #[command(flatten)]
+    pub work: WorkArgs,
+
+    /// Where to write the lines. Default: the name of the input with `.creases.ply` for its extension, in the current
+    /// directory.
+    #[arg(short, long, value_name = "FILE.ply", help_heading = OUTPUT)]
+    pub output: Option<PathBuf>,
+
+    /// Also write a table of all vertices in the order of the input: position, eigenvalues of the voting tensor, omega,
+    /// saliency, class. 65 bytes for each vertex.
+    #[arg(long, value_name = "FILE.ply", help_heading = OUTPUT)]
+    pub attributes: Option<PathBuf>,
+
+    /// Replace outputs that exist already.
+    #[arg(long, help_heading = OUTPUT)]
+    pub force: bool,
+
+    /// Say nothing unless something goes wrong: no progress, no summary.
+    #[arg(short, long, help_heading = OUTPUT, conflicts_with = "verbose")]
+    pub quiet: bool,
+
+    #[command(flatten)]
+    pub report: ReportArgs,
+}
+
+impl DetectArgs {
+    /// How progress is shown.
+    pub fn progress(&self) -> ProgressKind {
+        if self.quiet { ProgressKind::None } else { self.report.progress }
+    }
+
+    /// What changes the result.
+    pub fn params(&self) -> Params {
+        let default = Params::default();
+        Params {
+            sigma: self.sigma.sigma(),
+            min_angle_deg: self.min_angle.unwrap_or(default.min_angle_deg),
+            min_length_sigmas: self.min_length.unwrap_or(default.min_length_sigmas),
+            boundaries: self.boundaries,
+        }
+    }
+}
+
+/// Arguments of `info`.
+#[derive(Debug, Args)]
+pub(super) struct InfoArgs {
+    /// The mesh: a binary little-endian PLY file of any size.
+    pub input: PathBuf,
+
+    #[command(flatten)]
+    pub sigma: SigmaArgs,
+
+    #[command(flatten)]
+    pub work: WorkArgs,
+
+    #[command(flatten)]
+    pub report: ReportArgs,
+}
+
+/// Arguments of `diff`.
+#[derive(Debug, Args)]
+pub(super) struct DiffArgs {
+    /// The first file.
+    pub a: PathBuf,
+    /// The second file.
+    pub b: PathBuf,
+}
+
+/// The voting scale.
+#[derive(Debug, Args)]
+pub(super) struct SigmaArgs {
+    /// Radius over which the surface is averaged, in the units of the mesh (metres, if the mesh is in metres). Larger
+    /// suppresses more noise; features closer together than this merge.
+    #[arg(long, value_name = "LENGTH", help_heading = WHAT, conflicts_with = "sigma_edges",
+          value_parser = positive, allow_negative_numbers = true)]
+    sigma: Option<f64>,
+
+    /// The same radius in median edge lengths of the mesh, from 1 to 30. Default: 3.
+    #[arg(long, value_name = "K", help_heading = WHAT, value_parser = edges, allow_negative_numbers = true)]
+    sigma_edges: Option<f64>,
+}
+
+impl SigmaArgs {
+    /// The scale that was asked for.
+    pub fn sigma(&self) -> Sigma {
+        match (self.sigma, self.sigma_edges) {
+            (Some(length), _) => Sigma::Length(length),
+            (None, Some(edges)) => Sigma::Edges(edges),
+            (None, None) => Params::default().sigma,
+        }
+    }
+}
+
+/// How the work is cut up.
+#[derive(Debug, Args)]
+pub(super) struct WorkArgs {
+    /// Threads that compute, at most 1024. 0, the default, is one for each processor.
+    #[arg(long, value_name = "N", help_heading = HOW, default_value_t = 0, hide_default_value = true,
+          value_parser = clap::value_parser!(u16).range(..=1024))]
+    threads: u16,
+
+    /// Faces of a tile, the piece of the mesh that is worked on at a time: fewer need less memory, more need less time.
+    /// Default: 500000.
+    #[arg(long, value_name = "N", help_heading = HOW, value_parser = clap::value_parser!(u64).range(1..))]
+    tile_faces: Option<u64>,
+
+    /// Work on the whole mesh at once: fastest if it fits into memory (about 450 bytes for each face).
+    #[arg(long, help_heading = HOW, conflicts_with = "tile_faces")]
+    in_core: bool,
+
+    /// How the file is read. `map` lets the system keep what fits into memory; `read` asks for each piece, which suits
+    /// network drives; `auto` maps if the system can.
+    #[arg(long, value_enum, value_name = "MODE", help_heading = HOW, default_value = "auto", hide_possible_values = true)]
+    pub io: Io,
+}
+
+impl WorkArgs {
+    /// The limits of the run. The number of threads is resolved here, so that the summary can name it.
+    pub fn limits(&self) -> Limits {
+        let processors = || std::thread::available_parallelism().map_or(1, usize::from);
+        let tiling = match self.in_core {
+            true => Tiling::InCore,
+            false => Tiling::Faces(self.tile_faces.unwrap_or(DEFAULT_TILE_FACES)),
+        };
+        let threads = if self.threads == 0 { processors() } else { self.threads.into() };
+        Limits { threads, tiling, io: self.io.into() }
+    }
+}
+
+/// What is said while the work is done.
+#[derive(Debug, Args)]
+pub(super) struct ReportArgs {
+    /// How progress is shown on standard error: `bar`, `plain` lines, `json` (one object on each line), or `none`. `auto`
+    /// shows a bar on a terminal and lines elsewhere.
+    #[arg(long, value_enum, value_name = "KIND", help_heading = OUTPUT, default_value = "auto", hide_possible_values = true)]
+    pub progress: ProgressKind,
+
+    /// Log details of the work to standard error. The environment variable RUST_LOG chooses more finely.
+    #[arg(short, long, help_heading = OUTPUT)]
+    pub verbose: bool,
+}
+
+/// How the input is read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(super) enum Io {
+    Auto,
+    Map,
+    Read,
+}
+
+impl Io {
+    /// The word of the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Io::Auto => "auto",
+            Io::Map => "map",
+            Io::Read => "read",
+        }
+    }
+}
+
+impl From<Io> for IoMode {
+    fn from(io: Io) -> IoMode {
+        match io {
+            Io::Auto => IoMode::Auto,
+            Io::Map => IoMode::Map,
+            Io::Read => IoMode::Read,
+        }
+    }
+}
+
+/// How progress is shown.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(super) enum ProgressKind {
+    Auto,
+    Bar,
+    Plain,
+    Json,
+    None,
+}
+
+fn number(text: &str) -> Result<f64, String> {
+    text.parse::<f64>().map_err(|_| "not a number".to_owned())
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    let x = number(text)?;
+    if x > 0.0 && x.is_finite() { Ok(x) } else { Err("it must be a length above 0".to_owned()) }
+}
+
+fn length(text: &str) -> Result<f64, String> {
+    let x = number(text)?;
+    if x >= 0.0 && x.is_finite() { Ok(x) } else { Err("it must be 0 or more".to_owned()) }
+}
+
+fn angle(text: &str) -> Result<f64, String> {
+    let x = number(text)?;
+    if (0.0..=180.0).contains(&x) { Ok(x) } else { Err("it must lie between 0 and 180 degrees".to_owned()) }
+}
+
+fn edges(text: &str) -> Result<f64, String> {
+    let (min, max) = method::SIGMA_EDGES_RANGE;
+    let x = number(text)?;
+    if (min..=max).contains(&x) {
+        Ok(x)
+    } else {
+        Err(format!("it must lie between {min} and {max} median edge lengths"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    fn detect(words: &str) -> Result<DetectArgs, clap::Error> {
+        let all = ["crease", "detect", "in.ply"].into_iter().chain(words.split_whitespace());
+        Cli::try_parse_from(all).map(|cli| match cli.command {
+            Command::Detect(args) => args,
+            other => panic!("{other:?}"),
+        })
+    }
+
+    #[test]
+    fn the_definition_is_sound() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn nothing_said_is_the_default() {
+        let args = detect("").expect("no options");
+        assert_eq!(args.params(), Params::default());
+        assert_eq!(args.work.limits().tiling, Limits::default().tiling);
+        assert!(args.work.limits().threads > 0);
+    }
+
+    #[test]
+    fn the_help_names_the_defaults_that_are() {
+        let help =
+            Cli::command().find_subcommand_mut("detect").expect("detect").render_long_help().to_string();
+        let default = Params::default();
+        for text in [
+            format!("Default: {}", method::SIGMA_EDGES),
+            format!("from {} to {}", method::SIGMA_EDGES_RANGE.0, method::SIGMA_EDGES_RANGE.1),
+            format!("Default: {:.2}", default.min_length_sigmas),
+            format!("Default: {}", default.min_angle_deg),
+            format!("Default: {DEFAULT_TILE_FACES}"),
+        ] {
+            let flat = help.split_whitespace().collect::<Vec<_>>().join(" ");
+            assert!(flat.contains(&text), "{text} is not in {flat}");
+        }
+    }
+
+    #[test]
+    fn options_arrive() {
+        let args = detect("--sigma 0.5 --min-angle 10 --min-length 0 --boundaries --in-core --io read")
+            .expect("parse");
+        let expected = Params {
+            sigma: Sigma::Length(0.5),
+            min_angle_deg: 10.0,
+            min_length_sigmas: 0.0,
+            boundaries: true,
+        };
+        assert_eq!(args.params(), expected);
+        assert_eq!((args.work.limits().tiling, args.work.limits().io), (Tiling::InCore, IoMode::Read));
+    }
+
+    #[test]
+    fn impossible_values_are_refused() {
+        for words in [
+            "--sigma 0",
+            "--sigma -1",
+            "--sigma nan",
+            "--sigma inf",
+            "--sigma-edges 0.5",
+            "--sigma-edges 31",
+            "--sigma 1 --sigma-edges 3",
+            "--min-angle 181",
+            "--min-angle -1",
+            "--min-length -1",
+            "--tile-faces 0",
+            "--tile-faces 5 --in-core",
+            "--threads -1",
+            "--threads 1025",
+            "--io pipe",
+            "--quiet --verbose",
+        ] {
+            assert!(detect(words).is_err(), "{words}");
+        }
+    }
+}

@@ -1,0 +1,225 @@
+//! `crease info`: what a file holds and how it would be worked on.
+//!
+//! In: a mesh. Out: text. The file is scanned and the plan is made, but no tile is loaded.
+
+use crate::cli::args::InfoArgs;
+use crate::cli::console;
+use crate::cli::exit::{Exit, Failure};
+use crate::cli::progress::Progress;
+use crate::cli::text::{bytes, counted, entry, grouped, measure, with_decimals};
+use crate::config::{Limits, Params, method};
+use crate::error::Error;
+use crate::input::ply::{PropertyKind, ScalarType};
+use crate::input::{MeshSource, PlySource};
+use crate::partition::{Plan, Reach, Scan};
+use crate::pipeline::{Event, Job, Observer, Stage};
+use std::time::Instant;
+
+/// What a face costs while its tile is worked on.
+const BYTES_PER_FACE: u64 = 450;
+/// Tiles that may exist at a time: one is loaded, one waits, two are worked on.
+const TILES_IN_FLIGHT: u64 = 4;
+/// With fewer steps than this in a median edge, rounding of the coordinates tilts the faces by half a degree or more.
+const LEAST_STEPS: f64 = 100.0;
+/// A file whose blocks are read more often than this has its faces in a bad order.
+const MOST_READS: f64 = 8.0;
+/// A tile of less blocks than this says nothing about the order of the file.
+const LEAST_BLOCKS: u64 = 8;
+
+/// Does what `args` ask for.
+///
+/// # Errors
+/// If the file cannot be read, is not a mesh, or sigma does not suit it.
+pub(in crate::cli) fn info(args: &InfoArgs) -> Result<Exit, Failure> {
+    console::start_log(args.report.verbose);
+    let limits = args.work.limits();
+    let source = PlySource::open(&args.input, limits.io)?;
+    let progress = Progress::new(args.report.progress, args.report.verbose);
+    let params = Params { sigma: args.sigma.sigma(), ..Params::default() };
+    let (scan, plan) =
+        planned(&source, params, limits, &progress).map_err(|e| Failure::of_run(&args.input, e))?;
+    let mut text = file(&source);
+    text.push_str(&mesh(&source, &scan));
+    text.push_str(&precision(&source, &scan));
+    text.push_str(&defects(&source, &scan));
+    text.push_str(&plan_text(&plan, scan.faces));
+    console::print(&text)?;
+    Ok(Exit::Done)
+}
+
+fn planned(
+    source: &PlySource,
+    params: Params,
+    limits: Limits,
+    progress: &Progress,
+) -> Result<(Scan, Plan), Error> {
+    let started = Instant::now();
+    let result = Job::new(source, params, limits, progress)?.plan()?;
+    progress.event(Event::Finished { stage: Stage::Scan, wall: started.elapsed() });
+    Ok(result)
+}
+
+fn file(source: &PlySource) -> String {
+    let header = source.header();
+    let mut out = format!("{}\n", source.name());
+    out.push_str(&entry("file", &format!("PLY, {}, {}", header.encoding, bytes(source.file_len()))));
+    for element in &header.elements {
+        let properties: Vec<String> =
+            element.properties.iter().map(|p| format!("{} ({})", p.name, p.kind)).collect();
+        let records = counted(element.count, "record", "records");
+        out.push_str(&entry(&element.name, &format!("{records}: {}", properties.join(", "))));
+    }
+    out
+}
+
+fn mesh(source: &PlySource, scan: &Scan) -> String {
+    let mut out = "\nmesh\n".to_owned();
+    let cut = match source.polygon_count() {
+        polygons if polygons == scan.faces => String::new(),
+        polygons => format!(", cut from {} as fans", counted(polygons, "polygon", "polygons")),
+    };
+    out.push_str(&entry("faces", &format!("{}{cut}", counted(scan.faces, "triangle", "triangles"))));
+    out.push_str(&entry("vertices", &grouped(scan.vertices)));
+    let (min, max) = (scan.bounds.min, scan.bounds.max);
+    let sides = scan.side_range;
+    // Enough decimals to tell neighbouring vertices apart, however far from the origin they are.
+    let fine = scan.median_side / 100.0;
+    let decimals = if fine > 0.0 { (-fine.log10()).ceil().clamp(0.0, 9.0) as usize } else { 3 };
+    for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
+        let [min, max, extent] =
+            [min[axis], max[axis], max[axis] - min[axis]].map(|x| with_decimals(x, decimals));
+        out.push_str(&entry(name, &format!("{min} to {max}, extent {extent}")));
+    }
+    let median = measure(scan.median_side);
+    let (shortest, longest) = (measure(sides.0), measure(sides.1));
+    out.push_str(&entry(
+        "sides",
+        &format!("median {median}, shortest {shortest}, longest {longest} mesh units"),
+    ));
+    out
+}
+
+/// How finely the stored coordinates resolve the mesh.
+fn precision(source: &PlySource, scan: &Scan) -> String {
+    let largest = scan.bounds.min.abs().max(scan.bounds.max.abs()).to_array();
+    let properties =
+        source.header().elements.iter().filter(|e| e.name == "vertex").flat_map(|e| &e.properties);
+    let coarsest = properties
+        .filter_map(|property| {
+            let axis = ["x", "y", "z"].iter().position(|name| *name == property.name)?;
+            match property.kind {
+                PropertyKind::Scalar(kind) => Some((step(kind, largest[axis]), kind)),
+                PropertyKind::List { .. } => None,
+            }
+        })
+        .max_by(|a, b| a.0.total_cmp(&b.0));
+    let Some((step, kind)) = coarsest else { return String::new() };
+    if scan.median_side <= 0.0 {
+        return String::new();
+    }
+    let steps = scan.median_side / step;
+    let bits = steps.log2().max(0.0).floor();
+    let steps_text = if steps < 1e15 { with_decimals(steps, 0) } else { measure(steps) };
+    let mut out = entry(
+        "precision",
+        &format!("{bits} bits: the median side is {steps_text} steps of a {kind} ({})", measure(step)),
+    );
+    if steps < LEAST_STEPS {
+        out.push_str(
+            "  warning: the coordinates are stored too coarsely for the size of the faces; rounding will look like noise.\n  \
+             Export with double coordinates, or move the mesh near the origin before it is exported.\n",
+        );
+    }
+    out
+}
+
+/// Distance from a number of this size to the next that the type can hold.
+fn step(kind: ScalarType, size: f64) -> f64 {
+    match kind {
+        ScalarType::F32 => f64::from((size as f32).next_up() - size as f32),
+        ScalarType::F64 => size.next_up() - size,
+        _ => 1.0,
+    }
+}
+
+fn defects(source: &PlySource, scan: &Scan) -> String {
+    let all = [
+        (scan.repeated_corner, "face that names a vertex twice", "faces that name a vertex twice"),
+        (scan.unreferenced, "vertex that no face uses", "vertices that no face uses"),
+        (
+            source.short_polygons(),
+            "polygon with less than three corners",
+            "polygons with less than three corners",
+        ),
+    ];
+    let seen: Vec<String> =
+        all.iter().filter(|(n, ..)| *n > 0).map(|(n, one, many)| counted(*n, one, many)).collect();
+    let seen = if seen.is_empty() { "none that a scan shows".to_owned() } else { seen.join(", ") };
+    let mut out = entry("defects", &seen);
+    out.push_str("                    (open borders and non-manifold edges are counted by detect)\n");
+    out
+}
+
+/// What the tiles of the plan would read.
+#[derive(Debug, Default, PartialEq)]
+struct Reads {
+    /// Blocks, summed over the tiles.
+    blocks: u64,
+    /// Faces in these blocks, summed over the tiles.
+    faces: u64,
+    /// Faces in the blocks of the tile that meets the most.
+    largest: u64,
+}
+
+impl Reads {
+    fn of(plan: &Plan) -> Reads {
+        let margin = Reach::new(&plan.scale).margin(0);
+        plan.cells.iter().fold(Reads::default(), |sum, cell| {
+            let met = plan.blocks_in(&plan.first_region(cell, margin));
+            let faces = met.iter().map(|&block| u64::from(plan.block_faces[block])).sum();
+            Reads {
+                blocks: sum.blocks + met.len() as u64,
+                faces: sum.faces + faces,
+                largest: sum.largest.max(faces),
+            }
+        })
+    }
+}
+
+fn plan_text(plan: &Plan, faces: u64) -> String {
+    let reads = Reads::of(plan);
+    let tiles = plan.cells.len() as u64;
+    let mut out = "\nplan\n".to_owned();
+    let sigma = plan.scale.length(method::SIGMA_EDGES);
+    out.push_str(&entry("sigma", &format!("{} mesh units", measure(sigma))));
+    out.push_str(&entry("tiles", &grouped(tiles)));
+    let halo = 100.0 * (reads.faces as f64 / faces.max(1) as f64 - 1.0).max(0.0);
+    out.push_str(&entry("halo overhead", &format!("at most {} %", with_decimals(halo, 0))));
+    let blocks = plan.block_faces.len() as u64;
+    let times = reads.blocks as f64 / blocks.max(1) as f64;
+    let of_faces = counted(blocks, "block", "blocks");
+    out.push_str(&entry("locality", &format!("{of_faces} of faces, each read {times:.1} times on average")));
+    // Tiles that are hardly larger than a block read blocks over and over in any file.
+    if times > MOST_READS && blocks >= LEAST_BLOCKS * tiles {
+        out.push_str(
+            "  warning: faces that are neighbours in space are far apart in the file, so much of it is read for each tile.\n  \
+             Larger tiles, or a mesh that was sorted in space, need less time.\n",
+        );
+    }
+    let memory = reads.largest * BYTES_PER_FACE * tiles.min(TILES_IN_FLIGHT);
+    out.push_str(&entry("memory", &format!("at most about {} (an estimate)", bytes(memory))));
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn steps_grow_with_the_coordinates() {
+        assert_eq!(step(ScalarType::F32, 0.0), f64::from(f32::from_bits(1)));
+        assert_eq!(step(ScalarType::F32, 500_000.0), 1.0 / 32.0);
+        assert_eq!(step(ScalarType::F64, 1.0), f64::EPSILON);
+        assert_eq!(step(ScalarType::I32, 70.0), 1.0);
+    }
+}

@@ -1,0 +1,9 @@
+//! What the program can do. In: arguments. Out: files, text, and how it ended.
+
+mod detect;
+mod diff;
+mod info;
+
+pub(super) use detect::detect;
+pub(super) use diff::diff;
+pub(super) use info::info;

@@ -1,0 +1,162 @@
+//! How a run ends, and which failure ends it how.
+//!
+//! In: an error of any layer. Out: an exit code that a script can branch on, and one line that names the file.
+
+use crate::error::Error;
+use crate::input::InputError;
+use crate::output::OutputError;
+use std::fmt::Display;
+use std::path::Path;
+use std::process::ExitCode;
+
+/// How a run ends. What each number means is part of the interface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Exit {
+    /// Done; for `diff`, the files are identical.
+    Done,
+    /// `diff` found a difference.
+    Different,
+    /// A bug of this program.
+    Internal,
+    /// The command line asks for something that makes no sense or would destroy something.
+    Usage,
+    /// The input cannot be read or is not a mesh.
+    BadInput,
+    /// The disk, the memory or the threads do not suffice, or an output cannot be written.
+    Resource,
+    /// The workspace is damaged or belongs to another job.
+    Workspace,
+    /// Stopped from outside.
+    Interrupted,
+}
+
+impl Exit {
+    /// The number the system sees.
+    pub fn code(self) -> u8 {
+        match self {
+            Exit::Done => 0,
+            // As in `cmp` and `diff`, a difference is 1. The two meanings do not mix: an internal error has a message.
+            Exit::Different | Exit::Internal => 1,
+            Exit::Usage => 2,
+            Exit::BadInput => 3,
+            Exit::Resource => 4,
+            Exit::Workspace => 5,
+            // What shells report for a process that an interrupt has ended.
+            Exit::Interrupted => 130,
+        }
+    }
+}
+
+impl From<Exit> for ExitCode {
+    fn from(exit: Exit) -> ExitCode {
+        ExitCode::from(exit.code())
+    }
+}
+
+/// Why a command did not succeed.
+#[derive(Debug)]
+pub(super) struct Failure {
+    /// How the process ends.
+    pub exit: Exit,
+    /// What to say, without the name of the program.
+    pub message: String,
+}
+
+impl Failure {
+    pub fn new(exit: Exit, message: impl Into<String>) -> Failure {
+        Failure { exit, message: message.into() }
+    }
+
+    /// A failure that concerns `path`.
+    pub fn about(exit: Exit, path: &Path, reason: impl Display) -> Failure {
+        Failure::new(exit, format!("{}: {reason}", path.display()))
+    }
+
+    /// What went wrong in a run over `input`, which the errors that concern no single file do not name.
+    pub fn of_run(input: &Path, error: Error) -> Failure {
+        match error {
+            Error::Input(error) => error.into(),
+            Error::Output(error) => error.into(),
+            Error::Param(error) => Failure::about(Exit::Usage, input, error),
+            Error::Load(error) => Failure::about(Exit::Resource, input, error),
+            error @ Error::Threads(_) => Failure::about(Exit::Resource, input, error),
+            error @ Error::Internal { .. } => Failure::about(Exit::Internal, input, error),
+        }
+    }
+}
+
+impl From<InputError> for Failure {
+    fn from(error: InputError) -> Failure {
+        Failure::new(Exit::BadInput, error.to_string())
+    }
+}
+
+impl From<OutputError> for Failure {
+    fn from(error: OutputError) -> Failure {
+        match error {
+            OutputError::Exists { .. } => Failure::new(Exit::Usage, error.to_string()),
+            _ if error.is_out_of_space() => Failure::new(
+                Exit::Resource,
+                format!("{error}; make room or write to another disk, then run again"),
+            ),
+            _ => Failure::new(Exit::Resource, error.to_string()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::{Params, Sigma};
+    use crate::mesh::TileId;
+    use std::io;
+
+    fn of(error: impl Into<Error>) -> Failure {
+        Failure::of_run(Path::new("scan.ply"), error.into())
+    }
+
+    #[test]
+    fn numbers_do_not_change() {
+        let exits = [Exit::Done, Exit::Different, Exit::Internal, Exit::Usage, Exit::BadInput];
+        assert_eq!(exits.map(Exit::code), [0, 1, 1, 2, 3]);
+        assert_eq!([Exit::Resource, Exit::Workspace, Exit::Interrupted].map(Exit::code), [4, 5, 130]);
+    }
+
+    #[test]
+    fn bad_input_is_3_and_names_the_file() {
+        let failure = of(InputError::NotAFile { path: "scan.ply".into() });
+        assert_eq!(
+            (failure.exit, failure.message.as_str()),
+            (Exit::BadInput, "scan.ply: not a regular file")
+        );
+    }
+
+    #[test]
+    fn parameters_are_2_and_name_the_file() {
+        let params = Params { sigma: Sigma::Length(1.0), ..Params::default() };
+        let failure = of(params.scale(10.0).expect_err("a tenth of an edge is too small"));
+        assert_eq!(failure.exit, Exit::Usage);
+        assert!(failure.message.starts_with("scan.ply: sigma is 0.100 median edge lengths"), "{failure:?}");
+    }
+
+    #[test]
+    fn outputs_are_2_if_they_exist_and_4_otherwise() {
+        assert_eq!(of(OutputError::Exists { path: "o.ply".into() }).exit, Exit::Usage);
+        let failed = |kind: io::ErrorKind| {
+            of(OutputError::Io { path: "o.ply".into(), action: "cannot write", source: kind.into() })
+        };
+        let denied = failed(io::ErrorKind::PermissionDenied);
+        assert_eq!(denied.exit, Exit::Resource);
+        let full = failed(io::ErrorKind::StorageFull);
+        assert_eq!(full.exit, Exit::Resource);
+        assert!(full.message.contains("make room") && !denied.message.contains("make room"));
+    }
+
+    #[test]
+    fn threads_are_4_and_bugs_are_1() {
+        assert_eq!(of(Error::Threads("no".to_owned())).exit, Exit::Resource);
+        let bug = of(Error::Internal { tile: TileId(7), message: "why".to_owned() });
+        assert_eq!(bug.exit, Exit::Internal);
+        assert_eq!(bug.message, "scan.ply: internal error in tile 7: why");
+    }
+}

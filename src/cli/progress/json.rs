@@ -1,0 +1,59 @@
+//! Progress for programs: one JSON object on each line.
+//!
+//! `event` is `started`, `advanced` or `finished`, `stage` one of `scan`, `tiles`, `stitch`, `write`. `done` and `total`
+//! count what `unit` says, since the start of the stage; a `total` of 0 means that it is not known. `seconds` is the time
+//! since the stage began. Advances are summed up, so that there are at most ten lines a second.
+
+use super::tally::Tallies;
+use crate::cli::console::say;
+use crate::pipeline::{Event, Observer, Stage};
+use serde::Serialize;
+use std::sync::{Mutex, PoisonError};
+use std::time::Duration;
+
+const INTERVAL: Duration = Duration::from_millis(100);
+
+/// Writes objects to standard error.
+pub struct Json {
+    tallies: Mutex<Tallies>,
+}
+
+#[derive(Serialize)]
+struct Report {
+    event: &'static str,
+    stage: Stage,
+    unit: &'static str,
+    done: u64,
+    total: u64,
+    seconds: f64,
+}
+
+impl Json {
+    pub fn new() -> Json {
+        Json { tallies: Mutex::new(Tallies::new(INTERVAL)) }
+    }
+}
+
+impl Observer for Json {
+    fn event(&self, event: Event) {
+        let mut tallies = self.tallies.lock().unwrap_or_else(PoisonError::into_inner);
+        let Some(tally) = tallies.take(event) else { return };
+        let (event, elapsed) = match event {
+            Event::Started { .. } => ("started", Duration::ZERO),
+            Event::Advanced { .. } => ("advanced", tally.started.elapsed()),
+            Event::Finished { wall, .. } => ("finished", wall),
+        };
+        let report = Report {
+            event,
+            stage: tally.stage,
+            unit: tally.stage.unit(),
+            done: tally.done,
+            total: tally.total,
+            seconds: elapsed.as_secs_f64(),
+        };
+        if let Ok(line) = serde_json::to_string(&report) {
+            // Still under the lock, so that lines come in the order of what they say.
+            say(&line);
+        }
+    }
+}

@@ -1,0 +1,71 @@
+//! Progress on standard error, in the form that suits whoever watches.
+//!
+//! In: the events of a run, from several threads. Out: a bar, lines for a log file, or JSON for a program; and the memory
+//! that was in use meanwhile.
+
+mod bar;
+mod json;
+mod plain;
+mod tally;
+
+use super::args::ProgressKind;
+use super::memory::MemoryMeter;
+use crate::pipeline::{Event, Observer, Silent};
+use std::io::IsTerminal;
+use std::sync::Mutex;
+use std::time::{Duration, Instant};
+
+/// Looking at the memory costs a system call or three; this often is often enough to see the peak of a tile.
+const MEMORY_INTERVAL: Duration = Duration::from_millis(50);
+
+/// Shows progress and watches the memory.
+pub(super) struct Progress {
+    shown: Box<dyn Observer>,
+    memory: MemoryMeter,
+    looked: Mutex<Instant>,
+}
+
+impl Progress {
+    /// In the form of `kind`; `with_log` if there will be log lines in between.
+    pub fn new(kind: ProgressKind, with_log: bool) -> Progress {
+        Progress {
+            shown: observer(kind, with_log),
+            memory: MemoryMeter::default(),
+            looked: Mutex::new(Instant::now()),
+        }
+    }
+
+    /// The most anonymous memory that was seen, in bytes.
+    pub fn largest_memory(&self) -> Option<u64> {
+        self.memory.sample();
+        self.memory.largest()
+    }
+
+    fn look_at_memory(&self, event: Event) {
+        // Whoever finds the clock taken leaves the looking to the one who has it.
+        let Ok(mut looked) = self.looked.try_lock() else { return };
+        if !matches!(event, Event::Advanced { .. }) || looked.elapsed() >= MEMORY_INTERVAL {
+            *looked = Instant::now();
+            self.memory.sample();
+        }
+    }
+}
+
+impl Observer for Progress {
+    fn event(&self, event: Event) {
+        self.look_at_memory(event);
+        self.shown.event(event);
+    }
+}
+
+fn observer(kind: ProgressKind, with_log: bool) -> Box<dyn Observer> {
+    // Lines of the log would tear a bar apart.
+    let bar_fits = std::io::stderr().is_terminal() && !with_log;
+    match kind {
+        ProgressKind::None => Box::new(Silent),
+        ProgressKind::Json => Box::new(json::Json::new()),
+        ProgressKind::Bar => Box::new(bar::Bar::new()),
+        ProgressKind::Auto if bar_fits => Box::new(bar::Bar::new()),
+        ProgressKind::Auto | ProgressKind::Plain => Box::new(plain::Plain::new()),
+    }
+}

@@ -1,0 +1,94 @@
+//! How far a stage is: events in, sums out, no more often than somebody wants to read them.
+
+use crate::pipeline::{Event, Stage};
+use std::time::{Duration, Instant};
+
+/// The stage that runs now.
+#[derive(Clone, Copy, Debug)]
+pub struct Tally {
+    /// Which one.
+    pub stage: Stage,
+    /// Units that are done.
+    pub done: u64,
+    /// Units there are; 0 if they are not counted.
+    pub total: u64,
+    /// When it began.
+    pub started: Instant,
+    reported: Instant,
+}
+
+/// Sums events up.
+pub struct Tallies {
+    /// Time between two reports of the same stage.
+    interval: Duration,
+    current: Option<Tally>,
+}
+
+impl Tallies {
+    pub fn new(interval: Duration) -> Tallies {
+        Tallies { interval, current: None }
+    }
+
+    /// Takes `event` and returns how far its stage is, if that should be reported now. Starts and ends always are.
+    pub fn take(&mut self, event: Event) -> Option<Tally> {
+        let now = Instant::now();
+        match event {
+            Event::Started { stage, total } => {
+                self.current = Some(Tally { stage, done: 0, total, started: now, reported: now });
+                self.current
+            }
+            Event::Advanced { stage, by } => {
+                let tally = self.current.as_mut().filter(|tally| tally.stage == stage)?;
+                tally.done += by;
+                if now.duration_since(tally.reported) < self.interval {
+                    return None;
+                }
+                tally.reported = now;
+                Some(*tally)
+            }
+            Event::Finished { stage, .. } => self.current.take().filter(|tally| tally.stage == stage),
+        }
+    }
+}
+
+impl Tally {
+    /// What is left at the speed so far, when that says anything.
+    pub fn remaining(&self, elapsed: Duration) -> Option<Duration> {
+        if self.done == 0 || self.done >= self.total || elapsed < Duration::from_secs(1) {
+            return None;
+        }
+        Duration::try_from_secs_f64(
+            elapsed.as_secs_f64() * (self.total - self.done) as f64 / self.done as f64,
+        )
+        .ok()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sums_are_reported_at_intervals() {
+        let stage = Stage::Tiles;
+        let mut rare = Tallies::new(Duration::from_secs(3600));
+        assert!(rare.take(Event::Advanced { stage, by: 1 }).is_none());
+        assert_eq!(rare.take(Event::Started { stage, total: 9 }).expect("a start").done, 0);
+        assert!(rare.take(Event::Advanced { stage, by: 2 }).is_none());
+        assert!(rare.take(Event::Advanced { stage: Stage::Scan, by: 2 }).is_none());
+        let end = rare.take(Event::Finished { stage, wall: Duration::ZERO }).expect("an end");
+        assert_eq!((end.done, end.total), (2, 9));
+        let mut often = Tallies::new(Duration::ZERO);
+        often.take(Event::Started { stage, total: 9 });
+        assert_eq!(often.take(Event::Advanced { stage, by: 3 }).expect("a report").done, 3);
+    }
+
+    #[test]
+    fn what_remains_is_proportional() {
+        let now = Instant::now();
+        let tally = Tally { stage: Stage::Tiles, done: 10, total: 40, started: now, reported: now };
+        assert_eq!(tally.remaining(Duration::from_secs(20)), Some(Duration::from_secs(60)));
+        assert_eq!(Tally { done: 0, ..tally }.remaining(Duration::from_secs(20)), None);
+        assert_eq!(Tally { done: 41, ..tally }.remaining(Duration::from_secs(20)), None);
+    }
+}

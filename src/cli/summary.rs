@@ -1,0 +1,295 @@
+//! The summary of a run, for a person to read.
+//!
+//! In: what was found and how. Out: text in three parts: what was found, how the work went, what was written.
+
+use super::text::{
+    bytes, counted, decimals_for, entry, grouped, measure, percent, span, table, with_decimals,
+};
+use crate::config::{Params, method};
+use crate::pipeline::Detection;
+use crate::stitch::{Class, Line};
+use std::fmt;
+use std::path::Path;
+use std::time::Duration;
+
+/// Everything that is known at the end of a run.
+pub(super) struct Outcome<'a> {
+    pub input: &'a str,
+    pub params: &'a Params,
+    pub found: &'a Detection,
+    pub threads: usize,
+    pub io: &'static str,
+    /// Of the whole run.
+    pub wall: Duration,
+    pub cpu: Option<Duration>,
+    /// Largest resident set, in bytes.
+    pub peak: Option<u64>,
+    /// The same without mapped files.
+    pub anonymous: Option<u64>,
+    pub written: Vec<Written<'a>>,
+}
+
+/// An output.
+pub(super) struct Written<'a> {
+    pub path: &'a Path,
+    pub bytes: Option<u64>,
+}
+
+/// Classes in the order in which they interest.
+const CLASSES: [Class; 4] = [Class::Sharp, Class::Weak, Class::Boundary, Class::NonManifold];
+
+impl fmt::Display for Outcome<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.mesh(f)?;
+        self.lines(f)?;
+        self.defects(f)?;
+        self.work(f)?;
+        self.files(f)
+    }
+}
+
+impl Outcome<'_> {
+    fn mesh(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let scan = &self.found.scan;
+        let sigma = self.found.work.sigma;
+        writeln!(f, "{}", self.input)?;
+        let faces = counted(scan.faces, "face", "faces");
+        f.write_str(&entry("mesh", &format!("{faces}, {}", counted(scan.vertices, "vertex", "vertices"))))?;
+        f.write_str(&entry("median edge", &format!("{} mesh units", measure(scan.median_side))))?;
+        let edges = if scan.median_side > 0.0 { sigma / scan.median_side } else { method::SIGMA_EDGES };
+        f.write_str(&entry("sigma", &format!("{} mesh units ({edges:.2} median edges)", measure(sigma))))
+    }
+
+    fn lines(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let set = &self.found.lines;
+        let (count, length) = total(set.lines.iter());
+        if count == 0 {
+            return write!(f, "\nfound no lines; for weaker, shorter or finer ones try\n{}", self.hints());
+        }
+        let closed = set.lines.iter().filter(|l| l.closed).count() as u64;
+        let corners = set.vertices.iter().filter(|v| v.corner).count() as u64;
+        // One number of decimals for all, so that lengths can be compared at a glance.
+        let decimals = decimals_for(length, 5);
+        writeln!(
+            f,
+            "\nfound {}, {} mesh units in total; {}; {}",
+            counted(count, "line", "lines"),
+            with_decimals(length, decimals),
+            counted(closed, "closed loop", "closed loops"),
+            counted(corners, "corner", "corners")
+        )?;
+        let head = ["class", "lines", "length", "share", "fold angle", "from", "to"].map(str::to_owned);
+        let mut rows = vec![head.to_vec()];
+        for class in CLASSES {
+            let of_class = || set.lines.iter().filter(|l| l.class == class);
+            let (count, sum) = total(of_class());
+            if count > 0 {
+                let (name, share) = (class.name().to_owned(), percent(sum, length));
+                let mut row = vec![name, grouped(count), with_decimals(sum, decimals), share];
+                if matches!(class, Class::Weak | Class::Sharp) {
+                    row.extend(angles(of_class()));
+                }
+                rows.push(row);
+            }
+        }
+        f.write_str(&table(2, &rows))
+    }
+
+    /// What to try when nothing was found.
+    fn hints(&self) -> String {
+        let mut hints = String::new();
+        if self.params.min_angle_deg > 0.0 {
+            hints.push_str(&format!("  --min-angle below {}\n", self.params.min_angle_deg));
+        }
+        if self.params.min_length_sigmas > 0.0 {
+            hints.push_str(&format!("  --min-length below {:.2}\n", self.params.min_length_sigmas));
+        }
+        let sigma = measure(self.found.work.sigma);
+        hints.push_str(&format!("  --sigma below {sigma} for fine features, above it for noisy surfaces\n"));
+        hints
+    }
+
+    fn defects(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (seen, scan) = (&self.found.defects, &self.found.scan);
+        let all = [
+            (seen.degenerate_faces, "face without area", "faces without area"),
+            (scan.repeated_corner, "face that names a vertex twice", "faces that name a vertex twice"),
+            (seen.duplicate_faces, "duplicate of another face", "duplicates of other faces"),
+            (seen.boundary_edges, "boundary edge, with one face only", "boundary edges, with one face only"),
+            (
+                seen.nonmanifold_edges,
+                "non-manifold edge, with three or more faces",
+                "non-manifold edges, with three or more faces",
+            ),
+            (
+                seen.opposed_edges,
+                "edge between faces of opposite winding",
+                "edges between faces of opposite winding",
+            ),
+            (scan.unreferenced, "vertex that no face uses", "vertices that no face uses"),
+        ];
+        let rows: Vec<(u64, &str)> = all
+            .into_iter()
+            .filter(|(n, ..)| *n > 0)
+            .map(|(n, one, many)| (n, if n == 1 { one } else { many }))
+            .collect();
+        if rows.is_empty() {
+            return f.write_str("\ndefects seen: none\n");
+        }
+        let width = rows.iter().map(|(n, _)| grouped(*n).len()).max().unwrap_or(0);
+        f.write_str("\ndefects seen\n")?;
+        rows.iter().try_for_each(|(n, what)| writeln!(f, "  {:>width$}  {what}", grouped(*n)))
+    }
+
+    fn work(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let work = &self.found.work;
+        f.write_str("\nhow it was done\n")?;
+        let regrown = match work.regrown {
+            0 => String::new(),
+            n => format!(", {}", counted(n, "region regrown", "regions regrown")),
+        };
+        let halo = match work.owned_faces {
+            0 => 0.0,
+            owned => 100.0 * (work.loaded_faces as f64 / owned as f64 - 1.0).max(0.0),
+        };
+        let tiles = counted(work.tiles, "tile", "tiles");
+        f.write_str(&entry("tiles", &format!("{tiles}, halo overhead {halo:.1} %{regrown}")))?;
+        f.write_str(&entry("threads", &format!("{}, io {}", grouped(self.threads as u64), self.io)))?;
+        let stages: Vec<String> =
+            work.stages.iter().map(|(stage, wall)| format!("{} {}", stage.name(), span(*wall))).collect();
+        f.write_str(&entry("wall time", &format!("{} ({})", span(self.wall), stages.join(", "))))?;
+        f.write_str(&entry("CPU time", &self.cpu.map_or_else(not_available, span)))?;
+        let peak = self.peak.map_or_else(not_available, bytes);
+        let own = self.anonymous.map_or(String::new(), |n| format!("; without mapped files {}", bytes(n)));
+        f.write_str(&entry("peak memory", &format!("{peak}{own}")))
+    }
+
+    fn files(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("\nwritten\n")?;
+        let row = |written: &Written| {
+            let size = written.bytes.map_or_else(not_available, bytes);
+            vec![written.path.display().to_string(), size]
+        };
+        f.write_str(&table(2, &self.written.iter().map(row).collect::<Vec<_>>()))
+    }
+}
+
+fn not_available() -> String {
+    "not available".to_owned()
+}
+
+fn total<'a>(lines: impl Iterator<Item = &'a Line>) -> (u64, f64) {
+    lines.fold((0, 0.0), |(count, length), line| (count + 1, length + line.length))
+}
+
+/// Mean over the length, and the range of the means of the lines.
+fn angles<'a>(lines: impl Iterator<Item = &'a Line>) -> [String; 3] {
+    let (mut sum, mut length, mut least, mut most) = (0.0, 0.0, f64::INFINITY, 0.0f64);
+    for line in lines {
+        sum += line.angle * line.length;
+        length += line.length;
+        least = least.min(line.angle);
+        most = most.max(line.angle);
+    }
+    let mean = sum / length.max(f64::MIN_POSITIVE);
+    [mean, least, most].map(|angle| format!("{angle:.1}°"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::partition::{Bounds, Scan};
+    use crate::pipeline::{Stage, Work};
+    use crate::stitch::{Defects, LineSet};
+
+    fn detection(lines: Vec<Line>) -> Detection {
+        let scan = Scan {
+            vertices: 1,
+            faces: 1234,
+            bounds: Bounds::EMPTY,
+            median_side: 0.5,
+            side_range: (0.1, 2.0),
+            repeated_corner: 1,
+            unreferenced: 0,
+            blocks: Vec::new(),
+            sample: Vec::new(),
+            sample_stride: 1,
+        };
+        let defects = Defects { boundary_edges: 1200, ..Defects::default() };
+        let work = Work {
+            sigma: 1.5,
+            tiles: 4,
+            owned_faces: 1000,
+            loaded_faces: 1250,
+            regrown: 1,
+            stages: vec![(Stage::Scan, Duration::from_secs(1))],
+        };
+        Detection { lines: LineSet { lines, ..LineSet::default() }, scan, defects, work }
+    }
+
+    fn text(found: &Detection) -> String {
+        Outcome {
+            input: "scan.ply",
+            params: &Params { min_angle_deg: 5.0, ..Params::default() },
+            found,
+            threads: 2,
+            io: "auto",
+            wall: Duration::from_secs(2),
+            cpu: None,
+            peak: None,
+            anonymous: None,
+            written: vec![Written { path: "scan.creases.ply".as_ref(), bytes: Some(2500) }],
+        }
+        .to_string()
+    }
+
+    fn line(class: Class, length: f64, angle: f64) -> Line {
+        Line { vertices: vec![0, 1, 0], class, closed: class == Class::Weak, length, strength: 0.5, angle }
+    }
+
+    #[test]
+    fn classes_are_summed_up() {
+        let lines = vec![
+            line(Class::Sharp, 30.0, 90.0),
+            line(Class::Sharp, 10.0, 50.0),
+            line(Class::Weak, 10.0, 20.0),
+            line(Class::Boundary, 50.0, 0.0),
+        ];
+        let expected = "\
+scan.ply
+  mesh              1,234 faces, 1 vertex
+  median edge       0.5000 mesh units
+  sigma             1.500 mesh units (3.00 median edges)
+
+found 4 lines, 100.00 mesh units in total; 1 closed loop; 0 corners
+  class     lines  length   share  fold angle   from     to
+  sharp         2   40.00  40.0 %       80.0°  50.0°  90.0°
+  weak          1   10.00  10.0 %       20.0°  20.0°  20.0°
+  boundary      1   50.00  50.0 %
+
+defects seen
+      1  face that names a vertex twice
+  1,200  boundary edges, with one face only
+
+how it was done
+  tiles             4 tiles, halo overhead 25.0 %, 1 region regrown
+  threads           2, io auto
+  wall time         2.00 s (scan 1.00 s)
+  CPU time          not available
+  peak memory       not available
+
+written
+  scan.creases.ply  2.5 kB
+";
+        assert_eq!(text(&detection(lines)), expected);
+    }
+
+    #[test]
+    fn finding_nothing_is_said_with_a_hint() {
+        let text = text(&detection(Vec::new()));
+        assert!(text.contains("\nfound no lines; "), "{text}");
+        for hint in ["--min-angle below 5", "--min-length below 2.67", "--sigma below 1.500"] {
+            assert!(text.contains(hint), "{hint} is not in {text}");
+        }
+    }
+}

@@ -1,0 +1,136 @@
+//! Where results go, checked before any work is done for them.
+//!
+//! In: the paths of the command line. Out: paths that can be written to without destroying anything: the input is not
+//! among them, no two are the same, nothing is replaced unasked, and their directories accept a file.
+
+use super::exit::{Exit, Failure};
+use crate::output::{PartFile, check_target};
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
+
+/// The name of the lines if none is given: that of the input, in the current directory.
+pub(super) fn default_output(input: &Path) -> PathBuf {
+    let mut name = input.file_stem().map_or_else(|| OsString::from("mesh"), OsString::from);
+    name.push(".creases.ply");
+    PathBuf::from(name)
+}
+
+/// Checks all outputs of a run over `input`.
+///
+/// # Errors
+/// If writing one of them is impossible or would destroy something.
+pub(super) fn check(input: &Path, outputs: &[&Path], force: bool) -> Result<(), Failure> {
+    for (i, output) in outputs.iter().enumerate() {
+        check_extension(output)?;
+        check_directory(output)?;
+        if let Some(sacrifice) = clash(input, output) {
+            let reason = format!("is the input; writing {} would destroy it", output.display());
+            return Err(Failure::about(Exit::Usage, &sacrifice, reason));
+        }
+        if outputs[..i].iter().any(|other| same_file(other, output)) {
+            return Err(Failure::about(
+                Exit::Usage,
+                output,
+                "is named for two outputs; give each its own name",
+            ));
+        }
+        check_target(output, force)?;
+        if output.is_dir() {
+            return Err(Failure::about(Exit::Usage, output, "is a directory, not a name for a file"));
+        }
+    }
+    for output in outputs {
+        // Hours may pass before the first byte is written; whether it can be is known now.
+        drop(PartFile::create(output)?);
+    }
+    Ok(())
+}
+
+fn check_extension(output: &Path) -> Result<(), Failure> {
+    match output.extension() {
+        Some(extension) if extension.eq_ignore_ascii_case("ply") => Ok(()),
+        _ => Err(Failure::about(
+            Exit::Usage,
+            output,
+            "only PLY files can be written; give a name that ends in .ply",
+        )),
+    }
+}
+
+fn check_directory(output: &Path) -> Result<(), Failure> {
+    let directory = directory_of(output);
+    if directory.is_dir() {
+        return Ok(());
+    }
+    let reason = format!("cannot be written: there is no directory {}; create it first", directory.display());
+    Err(Failure::about(Exit::Resource, output, reason))
+}
+
+/// The directory that a file will be in.
+fn directory_of(path: &Path) -> &Path {
+    match path.parent() {
+        Some(parent) if parent != Path::new("") => parent,
+        _ => Path::new("."),
+    }
+}
+
+/// Whether `output`, or the part that it is until it is whole, is the input.
+fn clash(input: &Path, output: &Path) -> Option<PathBuf> {
+    let mut part = output.as_os_str().to_owned();
+    part.push(".part");
+    (same_file(input, output) || same_file(input, Path::new(&part))).then(|| input.to_owned())
+}
+
+/// Whether two names lead to the same file, be it there already or not.
+fn same_file(a: &Path, b: &Path) -> bool {
+    match (a.canonicalize(), b.canonicalize()) {
+        (Ok(a), Ok(b)) if a == b => true,
+        _ => matches!((place(a), place(b)), (Some(a), Some(b)) if a == b),
+    }
+}
+
+/// The name in its directory, without following it if it is a link.
+fn place(path: &Path) -> Option<PathBuf> {
+    Some(directory_of(path).canonicalize().ok()?.join(path.file_name()?))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::fs;
+
+    #[test]
+    fn the_default_name_is_that_of_the_input() {
+        assert_eq!(default_output("a/b/scan.v2.ply".as_ref()), Path::new("scan.v2.creases.ply"));
+        assert_eq!(default_output("..".as_ref()), Path::new("mesh.creases.ply"));
+    }
+
+    #[test]
+    fn nothing_is_destroyed() {
+        let directory = tempfile::tempdir().expect("a temporary directory");
+        let at = |name: &str| directory.path().join(name);
+        let (input, fresh, other) = (at("in.ply"), at("out.ply"), at("other.ply"));
+        fs::write(&input, "mesh").expect("write");
+        fs::write(&other, "old").expect("write");
+        fs::write(at("x.ply.part"), "mesh").expect("write");
+        fs::create_dir(at("dir.ply")).expect("create");
+        std::os::unix::fs::symlink(&input, at("link.ply")).expect("link");
+        let exit = |input: &Path, outputs: &[&Path], force| {
+            check(input, outputs, force).map_or_else(|failure| failure.exit, |()| Exit::Done)
+        };
+        assert_eq!(exit(&input, &[&fresh], false), Exit::Done);
+        assert!(!fresh.exists() && !at("out.ply.part").exists());
+        assert_eq!(exit(&input, &[&other], false), Exit::Usage);
+        assert_eq!(exit(&input, &[&other], true), Exit::Done);
+        let detour = directory.path().join(".").join("in.ply");
+        for clash in [&input, &detour, &at("link.ply"), &at("dir.ply"), &at("out.obj"), &at("out")] {
+            assert_eq!(exit(&input, &[clash], true), Exit::Usage, "{clash:?}");
+        }
+        assert_eq!(exit(&at("x.ply.part"), &[&at("x.ply")], true), Exit::Usage);
+        let fresh_again = directory.path().join(".").join("out.ply");
+        assert_eq!(exit(&input, &[&fresh, &fresh_again], true), Exit::Usage);
+        assert_eq!(exit(&input, &[&at("missing/out.ply")], false), Exit::Resource);
+        assert_eq!(fs::read(&input).expect("read"), b"mesh");
+        assert_eq!(fs::read(at("x.ply.part")).expect("read"), b"mesh");
+    }
+}
