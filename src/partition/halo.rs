@@ -161,17 +161,24 @@ impl Loaded<'_> {
             let ring = self.mesh.ring.row(v);
             let length = |&u: &u32| (self.mesh.position(u) - self.mesh.position(v)).length();
             let edge = ring.iter().map(length).sum::<f64>() / ring.len().max(1) as f64;
-            let cubes = (rings as f64 * edge / self.lattice.edge).ceil();
-            gaps.insert(Gap { cube: self.cube(v), margin: cubes as u32 });
+            gaps.insert(Gap { cube: self.cube(v), margin: self.cubes(rings, edge) });
         }
         complete
     }
 
-    /// Notes the cubes that a level at `cube` needs and that were not loaded.
-    fn level_gaps(&self, cube: Cube, rings: usize, gaps: &mut HashSet<Gap>) {
-        let missing = CubeBox::around(cube).cubes().filter(|&c| !self.region.contains(c));
-        let margin = rings.div_ceil(method::LEVEL_CUBE as usize) as u32;
-        gaps.extend(missing.map(|cube| Gap { cube, margin }));
+    /// Notes the cubes that a level at `cube` needs and that were not loaded; `rings` more, of edges as long as `edge`, may
+    /// be asked for from there.
+    fn level_gaps(&self, cube: Cube, rings: usize, edge: f64, gaps: &mut HashSet<Gap>) {
+        if !self.region.covers_level(cube) {
+            let missing = CubeBox::around(cube).cubes().filter(|&c| !self.region.contains(c));
+            let margin = self.cubes(rings, edge);
+            gaps.extend(missing.map(|cube| Gap { cube, margin }));
+        }
+    }
+
+    /// How many cubes so many rings of edges as long as `edge` may cross.
+    fn cubes(&self, rings: usize, edge: f64) -> u32 {
+        (rings as f64 * edge / self.lattice.edge).ceil() as u32
     }
 }
 
@@ -268,8 +275,10 @@ fn in_level_cubes(tile: &Loaded, seeds: &[u32], reach: &Reach, gaps: &mut HashSe
     centres.par_sort_unstable();
     centres.dedup();
     let mut support: HashSet<Cube> = HashSet::new();
+    // The lattice is made of median edges.
+    let ring = tile.lattice.edge / method::LEVEL_CUBE;
     for &cube in &centres {
-        tile.level_gaps(cube, reach.revotes + 1, gaps);
+        tile.level_gaps(cube, reach.revotes + 1, ring, gaps);
         support.extend(CubeBox::around(cube).cubes());
     }
     (0..tile.mesh.vertex_count() as u32)
@@ -281,7 +290,7 @@ fn in_level_cubes(tile: &Loaded, seeds: &[u32], reach: &Reach, gaps: &mut HashSe
 /// Gaps at vertices of `at` whose noise level is not known because the region is too small.
 pub fn noise_demand(tile: &Loaded, at: &[u32], known: impl Fn(u32) -> bool) -> HashSet<Gap> {
     let mut gaps = HashSet::new();
-    at.iter().filter(|&&v| !known(v)).for_each(|&v| tile.level_gaps(tile.cube(v), 0, &mut gaps));
+    at.iter().filter(|&&v| !known(v)).for_each(|&v| tile.level_gaps(tile.cube(v), 0, 0.0, &mut gaps));
     gaps
 }
 
@@ -341,8 +350,11 @@ impl Asking<'_> {
         // A face whose noise is not known may need as many rounds as any: fewer loads than waiting until it is.
         let n = n.min(self.most[f as usize].unwrap_or(self.limit));
         if first && self.most[f as usize].is_none() {
-            let cube = self.tile.lattice.cube_of(self.tile.mesh.barycentre(f));
-            self.tile.level_gaps(cube, n as usize, &mut self.gaps);
+            let mesh = self.tile.mesh;
+            let [a, b, c] = mesh.corners[f as usize].map(|v| mesh.position(v));
+            let edge = ((a - b).length() + (b - c).length() + (c - a).length()) / 3.0;
+            let cube = self.tile.lattice.cube_of(mesh.barycentre(f));
+            self.tile.level_gaps(cube, n as usize, edge, &mut self.gaps);
         }
         if n > self.needed[f as usize] {
             self.needed[f as usize] = n;

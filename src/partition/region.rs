@@ -5,6 +5,7 @@
 //! runs out, the region grows.
 
 use super::lattice::{Cube, CubeBox};
+use std::cmp::Reverse;
 use std::collections::HashSet;
 
 /// A set of cubes.
@@ -27,7 +28,7 @@ pub struct Gap {
 
 /// Gaps beyond the first margin are mostly tentacles: a few long edges that lead far out, into places with few faces.
 /// Fetching a wide surrounding at once is cheaper there than coming back for every edge; wider than this, it is not.
-const MOST_MARGIN: u32 = 10;
+const MOST_MARGIN: u32 = 16;
 
 impl Region {
     /// A region of one box.
@@ -74,10 +75,16 @@ impl Region {
         &self.main
     }
 
-    /// Adds what `gaps` ask for, with their margins.
-    pub fn grow(&mut self, gaps: &[Gap]) {
-        for gap in gaps {
-            let margin = i64::from(gap.margin.min(MOST_MARGIN));
+    /// Adds what `gaps` ask for, with `generosity` times their margins.
+    pub fn grow(&mut self, gaps: &[Gap], generosity: u32) {
+        let mut widest_first = gaps.to_vec();
+        widest_first.sort_by_key(|gap| (Reverse(gap.margin), gap.cube));
+        for gap in widest_first {
+            // Gaps come in clusters: one wide surrounding mends them all.
+            if self.contains(gap.cube) {
+                continue;
+            }
+            let margin = i64::from(gap.margin.saturating_mul(generosity).min(MOST_MARGIN));
             for cube in (CubeBox { min: gap.cube, max: gap.cube }).grown(margin).cubes() {
                 if !self.main.contains(cube) && self.extra.insert(cube) {
                     self.listed.push(cube);
@@ -95,13 +102,15 @@ mod tests {
     fn grows_by_what_is_missing() {
         let mut region = Region::new(CubeBox { min: [0; 3], max: [3; 3] });
         assert!(region.covers_level([1, 1, 1]) && !region.covers_level([0, 1, 1]));
-        region.grow(&[Gap { cube: [5, 1, 1], margin: 0 }]);
+        region.grow(&[Gap { cube: [5, 1, 1], margin: 0 }], 1);
         assert!(region.contains([5, 1, 1]) && !region.contains([4, 1, 1]));
         assert!(region.meets(&CubeBox { min: [4, 0, 0], max: [9, 9, 9] }));
         assert!(!region.meets(&CubeBox { min: [6, 0, 0], max: [9, 9, 9] }));
-        region.grow(&[Gap { cube: [5, 1, 1], margin: 2 }]);
-        assert!(region.contains([7, 3, -1]));
-        // The 5^3 cubes around the gap, less those of its x = 3 layer (4 by 4) that the box has already.
-        assert_eq!(region.boxes().count(), 1 + 125 - 16);
+        region.grow(&[Gap { cube: [6, 1, 1], margin: 1 }], 2);
+        assert!(region.contains([8, 3, -1]));
+        // The 5^3 cubes around the second gap, which hold the first.
+        assert_eq!(region.boxes().count(), 1 + 125);
+        region.grow(&[Gap { cube: [6, 1, 1], margin: 9 }], 1);
+        assert_eq!(region.boxes().count(), 1 + 125, "nothing was missing");
     }
 }

@@ -65,7 +65,7 @@ pub fn certify(
 ) -> Result<Certified, LoadError> {
     let cell = plan.cells[id.0 as usize];
     let mut region = plan.first_region(&cell, reach.margin(rounds_hint));
-    let mut regrown = 0;
+    let (mut regrown, mut generosity) = (0, 1u32);
     loop {
         match attempt(source, plan, reach, id, &region)? {
             Ok(mut tile) => {
@@ -74,8 +74,10 @@ pub fn certify(
             }
             Err(gaps) => {
                 tracing::debug!(tile = id.0, gaps = gaps.len(), "the region grows");
-                region.grow(&gaps);
+                region.grow(&gaps, generosity);
                 regrown += 1;
+                // Where the guess was too low, the next one is twice as wide: a few loads, whatever the mesh is like.
+                generosity = generosity.saturating_mul(2);
             }
         }
     }

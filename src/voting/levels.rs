@@ -80,15 +80,24 @@ impl Levels {
         found.map_or(0.0, centre)
     }
 
-    /// Levels at many cubes at once: `cubes[i]` gets its level in the result's i-th place. Each cube is worked out once.
+    /// Levels at many cubes at once: the level of `cubes[i]` is in the result's i-th place.
     pub fn at_each(&self, cubes: &[Cube], quantile: f64) -> Vec<f64> {
-        let mut distinct = cubes.to_vec();
-        distinct.par_sort_unstable();
-        distinct.dedup();
-        let levels: Vec<f64> = distinct.par_iter().map(|&c| self.at(c, quantile)).collect();
-        let find = |c: &Cube| distinct.binary_search(c).map_or(0.0, |i| levels[i]);
-        cubes.par_iter().map(find).collect()
+        each_distinct(cubes, |c| self.at(c, quantile))
     }
+}
+
+/// `value` at each of `cubes`, worked out once for each distinct one.
+pub(super) fn each_distinct<T: Copy + Send + Sync>(
+    cubes: &[Cube],
+    value: impl Fn(Cube) -> T + Sync,
+) -> Vec<T> {
+    // Neighbouring elements mostly share a cube: what is left after the first pass is short enough to sort.
+    let mut distinct: Vec<Cube> = cubes.chunk_by(|a, b| a == b).map(|same| same[0]).collect();
+    distinct.par_sort_unstable();
+    distinct.dedup();
+    let values: Vec<(Cube, T)> = distinct.par_iter().map(|&c| (c, value(c))).collect();
+    let table: HashMap<Cube, T> = values.into_iter().collect();
+    cubes.par_chunks(4096).flat_map_iter(|chunk| chunk.iter().map(|c| table[c])).collect()
 }
 
 /// Bin of a value: binary exponent and top mantissa bits.

@@ -4,7 +4,7 @@
 //! the halo asked for them. A bilateral filter in the spirit of Kim, Choi and Lee (2009), with two departures: the range
 //! kernel is scaled by the local noise, and a face stops after as many rounds as its noise asks for.
 
-use super::levels::Levels;
+use super::levels::{Levels, each_distinct};
 use crate::config::method;
 use crate::math::{DEGREE, unit};
 use crate::mesh::{Csr, EdgeUse, TileMesh};
@@ -125,14 +125,9 @@ impl<'a> Noise<'a> {
     /// s0 at each position, `None` where the region does not hold all that it depends on.
     pub fn levels_at(&self, positions: &[DVec3]) -> Vec<Option<f64>> {
         let cubes: Vec<Cube> = positions.par_iter().map(|&p| self.lattice.cube_of(p)).collect();
-        let mut distinct = cubes.clone();
-        distinct.par_sort_unstable();
-        distinct.dedup();
-        let levels: Vec<Option<f64>> = distinct
-            .par_iter()
-            .map(|&c| self.region.covers_level(c).then(|| self.levels.at(c, method::NOISE_QUANTILE)))
-            .collect();
-        cubes.par_iter().map(|c| distinct.binary_search(c).ok().and_then(|i| levels[i])).collect()
+        each_distinct(&cubes, |c| {
+            self.region.covers_level(c).then(|| self.levels.at(c, method::NOISE_QUANTILE))
+        })
     }
 
     /// K: how many rounds a noise of `s0` asks for.
