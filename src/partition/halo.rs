@@ -25,6 +25,7 @@ use super::plan::{Plan, Scale};
 use super::region::{Gap, Region};
 use crate::config::method;
 use crate::mesh::TileMesh;
+use glam::DVec3;
 use rayon::prelude::*;
 use std::collections::{HashMap, HashSet};
 
@@ -214,7 +215,7 @@ pub fn vertex_demand(tile: &Loaded, plan: &Plan, cell: &Cell, reach: &Reach) -> 
     }
     let owned: Vec<u32> = (0..mesh.vertex_count() as u32).filter(|&v| cell.owns(mesh.position(v))).collect();
     let linked = Rings::grow(tile, owned.clone(), reach.link_steps, &mut gaps).sorted();
-    let compared = balls(tile, &linked, reach, &mut gaps);
+    let compared = balls(tile, cell, &linked, reach, &mut gaps);
     let thinned = Rings::grow(tile, compared, reach.average_rounds, &mut gaps);
     let traced = Rings::grow(tile, linked.clone(), reach.trace_steps, &mut gaps).sorted();
     let levelled = in_level_cubes(tile, &traced, reach, &mut gaps);
@@ -229,9 +230,14 @@ pub fn vertex_demand(tile: &Loaded, plan: &Plan, cell: &Cell, reach: &Reach) -> 
 }
 
 /// `seeds` and every vertex that thinning at one of them looks at, ascending.
-fn balls(tile: &Loaded, seeds: &[u32], reach: &Reach, gaps: &mut HashSet<Gap>) -> Vec<u32> {
+fn balls(tile: &Loaded, cell: &Cell, seeds: &[u32], reach: &Reach, gaps: &mut HashSet<Gap>) -> Vec<u32> {
+    // Deep inside the cell a ball holds owned vertices only, and the one-rings of those are among the seeds. A hundredth
+    // more than the radius is far above the rounding of a distance.
+    let margin = DVec3::splat(1.01 * reach.thin_radius);
+    let deep = |p: DVec3| reach.link_steps > 0 && cell.owns(p - margin) && cell.owns(p + margin);
+    let shallow: Vec<u32> = seeds.iter().copied().filter(|&v| !deep(tile.mesh.position(v))).collect();
     let found: Vec<(Vec<u32>, Vec<u32>)> =
-        seeds.par_chunks(1024).map(|chunk| balls_of(tile.mesh, chunk, reach.thin_radius)).collect();
+        shallow.par_chunks(1024).map(|chunk| balls_of(tile.mesh, chunk, reach.thin_radius)).collect();
     let mut inside = vec![false; tile.mesh.vertex_count()];
     seeds.iter().for_each(|&v| inside[v as usize] = true);
     for (looked_at, outside) in found {
