@@ -2,27 +2,66 @@
 //!
 //! In: `/proc` of Linux. Out: peak memory and processor time; nothing at all on other systems.
 
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::thread::JoinHandle;
 use std::time::Duration;
 
 /// Keeps the largest amount of anonymous memory that was seen. What belongs to a mapped file is not counted: the system
-/// takes that back when somebody needs the memory.
-#[derive(Default)]
+/// takes that back when somebody needs the memory, and it keeps no peak without it. So a thread looks, from time to time.
 pub(super) struct MemoryMeter {
-    largest: AtomicU64,
+    seen: Arc<Seen>,
+    watcher: Option<JoinHandle<()>>,
 }
 
+#[derive(Default)]
+struct Seen {
+    largest: AtomicU64,
+    over: AtomicBool,
+}
+
+/// A look costs some tens of microseconds; the arrays of a tile live longer than this.
+const INTERVAL: Duration = Duration::from_millis(20);
+
 impl MemoryMeter {
-    /// Looks once more. Costs some tens of microseconds.
-    pub fn sample(&self) {
-        if let Some(bytes) = status_field("RssAnon") {
-            self.largest.fetch_max(bytes, Ordering::Relaxed);
-        }
+    /// Begins to watch.
+    pub fn start() -> MemoryMeter {
+        let seen = Arc::new(Seen::default());
+        let for_thread = Arc::clone(&seen);
+        let watch = move || {
+            while !for_thread.over.load(Ordering::Relaxed) {
+                for_thread.look();
+                std::thread::park_timeout(INTERVAL);
+            }
+        };
+        // Without a thread there is one look, at the end: worth a wrong number in the summary, not a failed run.
+        let watcher = std::thread::Builder::new().name("crease-memory".into()).spawn(watch).ok();
+        MemoryMeter { seen, watcher }
     }
 
     /// The most that was seen, in bytes.
     pub fn largest(&self) -> Option<u64> {
-        Some(self.largest.load(Ordering::Relaxed)).filter(|&bytes| bytes > 0)
+        self.seen.look();
+        Some(self.seen.largest.load(Ordering::Relaxed)).filter(|&bytes| bytes > 0)
+    }
+}
+
+impl Seen {
+    fn look(&self) {
+        if let Some(bytes) = status_field("RssAnon") {
+            self.largest.fetch_max(bytes, Ordering::Relaxed);
+        }
+    }
+}
+
+impl Drop for MemoryMeter {
+    fn drop(&mut self) {
+        self.seen.over.store(true, Ordering::Relaxed);
+        if let Some(watcher) = self.watcher.take() {
+            watcher.thread().unpark();
+            // It ends by itself; that it panicked would be of no consequence here.
+            let _ = watcher.join();
+        }
     }
 }
 

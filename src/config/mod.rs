@@ -120,6 +120,7 @@ impl Default for Limits {
     }
 }
 
-/// Faces of a tile when nothing is said. A tile costs about half a kilobyte a face while it is worked on, so two in
-/// flight stay near 1 GB with their halos; below some 100,000 faces the halo of an ordinary scan outweighs the core.
-pub const DEFAULT_TILE_FACES: u64 = 500_000;
+/// Faces of a tile when nothing is said. A tile costs about 350 bytes a face while it is worked on, halo included, and up
+/// to four are in flight: some 3 GB. Smaller tiles spend more on their halos: an ordinary scan needs about 60 edges on
+/// every side, a quarter more faces at this size and as many again at a tenth of it.
+pub const DEFAULT_TILE_FACES: u64 = 2_000_000;

@@ -12,48 +12,27 @@ use super::args::ProgressKind;
 use super::memory::MemoryMeter;
 use crate::pipeline::{Event, Observer, Silent};
 use std::io::IsTerminal;
-use std::sync::Mutex;
-use std::time::{Duration, Instant};
-
-/// Looking at the memory costs a system call or three; this often is often enough to see the peak of a tile.
-const MEMORY_INTERVAL: Duration = Duration::from_millis(50);
 
 /// Shows progress and watches the memory.
 pub(super) struct Progress {
     shown: Box<dyn Observer>,
     memory: MemoryMeter,
-    looked: Mutex<Instant>,
 }
 
 impl Progress {
     /// In the form of `kind`; `with_log` if there will be log lines in between.
     pub fn new(kind: ProgressKind, with_log: bool) -> Progress {
-        Progress {
-            shown: observer(kind, with_log),
-            memory: MemoryMeter::default(),
-            looked: Mutex::new(Instant::now()),
-        }
+        Progress { shown: observer(kind, with_log), memory: MemoryMeter::start() }
     }
 
     /// The most anonymous memory that was seen, in bytes.
     pub fn largest_memory(&self) -> Option<u64> {
-        self.memory.sample();
         self.memory.largest()
-    }
-
-    fn look_at_memory(&self, event: Event) {
-        // Whoever finds the clock taken leaves the looking to the one who has it.
-        let Ok(mut looked) = self.looked.try_lock() else { return };
-        if !matches!(event, Event::Advanced { .. }) || looked.elapsed() >= MEMORY_INTERVAL {
-            *looked = Instant::now();
-            self.memory.sample();
-        }
     }
 }
 
 impl Observer for Progress {
     fn event(&self, event: Event) {
-        self.look_at_memory(event);
         self.shown.event(event);
     }
 }
