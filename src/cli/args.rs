@@ -182,11 +182,11 @@ pub(super) struct WorkArgs {
     threads: u16,
 
     /// Faces of a tile, the piece of the mesh that is worked on at a time: fewer need less memory, more need less time.
-    /// Default: 500000.
+    /// Default: 2000000.
     #[arg(long, value_name = "N", help_heading = HOW, value_parser = clap::value_parser!(u64).range(1..))]
     tile_faces: Option<u64>,
 
-    /// Work on the whole mesh at once: fastest if it fits into memory (about 450 bytes for each face).
+    /// Work on the whole mesh at once: fastest if it fits into memory (about 350 bytes for each face).
     #[arg(long, help_heading = HOW, conflicts_with = "tile_faces")]
     in_core: bool,
 

@@ -78,7 +78,7 @@ impl Outcome<'_> {
             counted(closed, "closed loop", "closed loops"),
             counted(corners, "corner", "corners")
         )?;
-        let head = ["class", "lines", "length", "share", "fold angle", "from", "to"].map(str::to_owned);
+        let head = ["class", "lines", "length", "share", "fold seen", "from", "to"].map(str::to_owned);
         let mut rows = vec![head.to_vec()];
         for class in CLASSES {
             let of_class = || set.lines.iter().filter(|l| l.class == class);
@@ -204,6 +204,7 @@ mod tests {
 
     fn detection(lines: Vec<Line>) -> Detection {
         let scan = Scan {
+            mean_side: 0.6,
             vertices: 1,
             faces: 1234,
             bounds: Bounds::EMPTY,
@@ -262,9 +263,9 @@ scan.ply
   sigma             1.500 mesh units (3.00 median edges)
 
 found 4 lines, 100.00 mesh units in total; 1 closed loop; 0 corners
-  class     lines  length   share  fold angle   from     to
-  sharp         2   40.00  40.0 %       80.0°  50.0°  90.0°
-  weak          1   10.00  10.0 %       20.0°  20.0°  20.0°
+  class     lines  length   share  fold seen   from     to
+  sharp         2   40.00  40.0 %      80.0°  50.0°  90.0°
+  weak          1   10.00  10.0 %      20.0°  20.0°  20.0°
   boundary      1   50.00  50.0 %
 
 defects seen

@@ -3,8 +3,9 @@
 //! A loader, some workers and a committer are joined by bounded channels, so that at most a handful of tiles exist at any
 //! time. All heavy work runs on one thread pool, which is what `--threads` sizes; the stage threads mostly wait.
 
+use super::certify::{Certified, certify};
+use super::compute::{TileResult, compute};
 use super::events::{Event, Observer, Stage};
-use super::tile::{Certified, TileResult, certify, compute};
 use crate::config::{Limits, Params};
 use crate::error::Error;
 use crate::input::MeshSource;

@@ -158,7 +158,7 @@ pub fn write(directory: &Path) -> Result<()> {
 fn sources(fixtures: &[Fixture]) -> String {
     let mut text = format!(
         "# Where the test files come from\n\n\
-         All files, this one too, are written by\n\n```\n{COMMAND}\n```\n\n\
+         All files but `golden/`, this one too, are written by\n\n```\n{COMMAND}\n```\n\n\
          and `tests/fixtures.rs` compares them byte by byte with what the generator in `tools/gen/` makes. `gen` below \
          stands for `cargo run --release --example gen --`. Lengths are in units of the target edge length, noise is \
          in mean edge lengths along the vertex normals. `*.truth.ply` are the feature lines of the surface without \
@@ -168,5 +168,9 @@ fn sources(fixtures: &[Fixture]) -> String {
     for Fixture { path, made, carries, bytes } in fixtures {
         let _ = writeln!(text, "| `{path}` | {} | {made} | {carries} |", bytes.len());
     }
+    text.push_str(
+        "\n`golden/` is not written by the generator: it holds three noisy shapes and what the executable specification \
+         finds on them, written by `tools/reference/run golden`; `tests/reference.rs` compares.\n",
+    );
     text
 }

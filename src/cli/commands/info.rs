@@ -16,7 +16,7 @@ use crate::pipeline::{Event, Job, Observer, Stage};
 use std::time::Instant;
 
 /// What a face costs while its tile is worked on.
-const BYTES_PER_FACE: u64 = 450;
+const BYTES_PER_FACE: u64 = 350;
 /// Tiles that may exist at a time: one is loaded, one waits, two are worked on.
 const TILES_IN_FLIGHT: u64 = 4;
 /// With fewer steps than this in a median edge, rounding of the coordinates tilts the faces by half a degree or more.
@@ -90,11 +90,11 @@ fn mesh(source: &PlySource, scan: &Scan) -> String {
             [min[axis], max[axis], max[axis] - min[axis]].map(|x| with_decimals(x, decimals));
         out.push_str(&entry(name, &format!("{min} to {max}, extent {extent}")));
     }
-    let median = measure(scan.median_side);
+    let (median, mean) = (measure(scan.median_side), measure(scan.mean_side));
     let (shortest, longest) = (measure(sides.0), measure(sides.1));
     out.push_str(&entry(
         "sides",
-        &format!("median {median}, shortest {shortest}, longest {longest} mesh units"),
+        &format!("median {median}, mean {mean}, shortest {shortest}, longest {longest} mesh units"),
     ));
     out
 }

@@ -1,0 +1,38 @@
+//! The defects of a mesh that only adjacency shows, each counted by the one tile that owns it.
+
+use super::certify::Certified;
+use crate::stitch::Defects;
+
+/// An open edge under local indices.
+pub struct LocalEdge {
+    /// Its ends, lower index first.
+    pub ends: [u32; 2],
+    /// Whether it has more than two faces rather than one.
+    pub crowded: bool,
+}
+
+/// The open edges whose lower end is owned, and the defects this tile has to count.
+pub fn census(tile: &Certified) -> (Vec<LocalEdge>, Defects) {
+    let mesh = &tile.mesh;
+    let degenerate =
+        mesh.corners.iter().zip(&tile.faces.areas).filter(|(c, area)| **area == 0.0 && tile.owns_face(c));
+    let mut defects = Defects {
+        degenerate_faces: degenerate.count() as u64,
+        duplicate_faces: mesh.duplicates.iter().filter(|&&v| tile.owns(v)).count() as u64,
+        ..Defects::default()
+    };
+    let (mut open, mut uses) = (Vec::new(), Vec::new());
+    for &v in &tile.demand.owned {
+        mesh.edge_uses(v, &mut uses);
+        for edge in uses.chunk_by(|a, b| a.other == b.other).filter(|e| e[0].other > v) {
+            let opposed = edge.len() == 2 && edge[0].outward == edge[1].outward;
+            defects.opposed_edges += u64::from(opposed);
+            defects.boundary_edges += u64::from(edge.len() == 1);
+            defects.nonmanifold_edges += u64::from(edge.len() > 2);
+            if edge.len() != 2 {
+                open.push(LocalEdge { ends: [v, edge[0].other], crowded: edge.len() > 2 });
+            }
+        }
+    }
+    (open, defects)
+}

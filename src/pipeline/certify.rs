@@ -1,0 +1,124 @@
+//! One tile, first half: loading until everything is there that its vertices depend on.
+//!
+//! In: a cell of the plan. Out: a [`Certified`] tile. The region that is loaded starts as the cell and a margin; from the
+//! mesh in it follows what the owned vertices depend on, and where that lies outside, the region grows. What comes out
+//! does not depend on the guesses on the way, because only what is depended on is used.
+
+use crate::input::MeshSource;
+use crate::mesh::{TileId, TileMesh};
+use crate::partition::{
+    Cell, Demand, Gap, LoadError, Loaded, Plan, Reach, Region, load, merge, noise_demand, round_demand,
+    vertex_demand,
+};
+use crate::voting::{FaceGeometry, Noise};
+use glam::DVec3;
+
+/// A tile with all that its vertices depend on.
+pub struct Certified {
+    /// Which tile.
+    pub id: TileId,
+    /// What was loaded.
+    pub mesh: TileMesh,
+    /// What of it the tile owns.
+    pub cell: Cell,
+    /// Where each step has to be computed.
+    pub demand: Demand,
+    /// Normals and areas.
+    pub faces: FaceGeometry,
+    /// Noise level of each face, where it is known.
+    pub noise: Vec<Option<f64>>,
+    /// Refinement rounds to do for each face.
+    pub needed: Vec<u32>,
+    /// K of each vertex, where it is asked for; 0 elsewhere.
+    pub vertex_rounds: Vec<u32>,
+    /// Largest K that was met.
+    pub most_rounds: u32,
+    /// How often the region had to grow.
+    pub regrown: u32,
+}
+
+/// Loads `cell` with everything its vertices depend on. `rounds_hint` is the largest number of refinement rounds met so
+/// far; it only decides how much is loaded at the first attempt.
+///
+/// # Errors
+/// If the source fails or the region becomes larger than a tile can be.
+pub fn certify(
+    source: &dyn MeshSource,
+    plan: &Plan,
+    reach: &Reach,
+    id: TileId,
+    rounds_hint: u32,
+) -> Result<Certified, LoadError> {
+    let cell = plan.cells[id.0 as usize];
+    let mut region = plan.first_region(&cell, reach.margin(rounds_hint));
+    let (mut regrown, mut generosity) = (0, 1u32);
+    loop {
+        match attempt(source, plan, reach, id, &region)? {
+            Ok(mut tile) => {
+                tile.regrown = regrown;
+                return Ok(tile);
+            }
+            Err(gaps) => {
+                tracing::debug!(tile = id.0, gaps = gaps.len(), "the region grows");
+                region.grow(&gaps, generosity);
+                regrown += 1;
+                // Where the guess was too low, the next one is twice as wide: a few loads, whatever the mesh is like.
+                generosity = generosity.saturating_mul(2);
+            }
+        }
+    }
+}
+
+/// Either the tile, or the gaps in the region.
+type Attempt = Result<Certified, Vec<Gap>>;
+
+/// Loads `region` and looks whether it is enough.
+fn attempt(
+    source: &dyn MeshSource,
+    plan: &Plan,
+    reach: &Reach,
+    id: TileId,
+    region: &Region,
+) -> Result<Attempt, LoadError> {
+    let cell = plan.cells[id.0 as usize];
+    let mesh = load(source, plan, region)?;
+    let loaded = Loaded { mesh: &mesh, region, lattice: &plan.lattice };
+    let (demand, mut gaps) = vertex_demand(&loaded, plan, &cell, reach);
+    let faces = FaceGeometry::new(&mesh, &plan.scale);
+    let levels = Noise::new(&mesh, &faces, &plan.lattice, region, plan.scale);
+    let barycentres: Vec<DVec3> = (0..mesh.face_count() as u32).map(|f| mesh.barycentre(f)).collect();
+    let noise = levels.levels_at(&barycentres);
+    let rounds: Vec<Option<u32>> = noise.iter().map(|s0| s0.map(|s0| levels.rounds(s0))).collect();
+    let (needed, more) = round_demand(&loaded, plan, &demand.voted, &rounds, reach);
+    gaps.extend(more);
+    let vertex_rounds = rounds_at(&mesh, &levels, demand.thinned.all());
+    gaps.extend(noise_demand(&loaded, demand.thinned.all(), |v| vertex_rounds[v as usize].is_some()));
+    if !gaps.is_empty() {
+        return Ok(Err(merge(gaps)));
+    }
+    let most_rounds = needed.iter().copied().max().unwrap_or(0);
+    let vertex_rounds = vertex_rounds.into_iter().map(|k| k.unwrap_or(0)).collect();
+    Ok(Ok(Certified { id, mesh, cell, demand, faces, noise, needed, vertex_rounds, most_rounds, regrown: 0 }))
+}
+
+/// K at the vertices of `at`, where it is known.
+fn rounds_at(mesh: &TileMesh, levels: &Noise, at: &[u32]) -> Vec<Option<u32>> {
+    let positions: Vec<DVec3> = at.iter().map(|&v| mesh.position(v)).collect();
+    let mut rounds = vec![None; mesh.vertex_count()];
+    for (&v, s0) in at.iter().zip(levels.levels_at(&positions)) {
+        rounds[v as usize] = s0.map(|s0| levels.rounds(s0));
+    }
+    rounds
+}
+
+impl Certified {
+    /// Whether the tile owns vertex `v`.
+    pub fn owns(&self, v: u32) -> bool {
+        self.cell.owns(self.mesh.position(v))
+    }
+
+    /// Whether the tile owns a face with these corners: whoever owns the corner of lowest id does.
+    pub fn owns_face(&self, corners: &[u32; 3]) -> bool {
+        self.owns(corners[0].min(corners[1]).min(corners[2]))
+    }
+}
