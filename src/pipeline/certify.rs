@@ -10,7 +10,7 @@ use crate::partition::{
     Cell, Demand, Gap, LoadError, Loaded, Plan, Reach, Region, load, merge, noise_demand, round_demand,
     vertex_demand,
 };
-use crate::voting::{FaceGeometry, Noise};
+use crate::voting::{FaceGeometry, Noise, rounds};
 use glam::DVec3;
 
 /// A tile with all that its vertices depend on.
@@ -85,13 +85,13 @@ fn attempt(
     let loaded = Loaded { mesh: &mesh, region, lattice: &plan.lattice };
     let (demand, mut gaps) = vertex_demand(&loaded, plan, &cell, reach);
     let faces = FaceGeometry::new(&mesh, &plan.scale);
-    let levels = Noise::new(&mesh, &faces, &plan.lattice, region, plan.scale);
+    let levels = Noise::new(&mesh, &faces, &plan.lattice, region);
     let barycentres: Vec<DVec3> = (0..mesh.face_count() as u32).map(|f| mesh.barycentre(f)).collect();
     let noise = levels.levels_at(&barycentres);
-    let rounds: Vec<Option<u32>> = noise.iter().map(|s0| s0.map(|s0| levels.rounds(s0))).collect();
-    let (needed, more) = round_demand(&loaded, plan, &demand.voted, &rounds, reach);
+    let face_rounds: Vec<Option<u32>> = noise.iter().map(|s0| s0.map(|s0| rounds(&plan.scale, s0))).collect();
+    let (needed, more) = round_demand(&loaded, plan, &demand.voted, &face_rounds, reach);
     gaps.extend(more);
-    let vertex_rounds = rounds_at(&mesh, &levels, demand.thinned.all());
+    let vertex_rounds = rounds_at(&mesh, plan, &levels, demand.thinned.all());
     gaps.extend(noise_demand(&loaded, demand.thinned.all(), |v| vertex_rounds[v as usize].is_some()));
     if !gaps.is_empty() {
         return Ok(Err(merge(gaps)));
@@ -102,13 +102,13 @@ fn attempt(
 }
 
 /// K at the vertices of `at`, where it is known.
-fn rounds_at(mesh: &TileMesh, levels: &Noise, at: &[u32]) -> Vec<Option<u32>> {
+fn rounds_at(mesh: &TileMesh, plan: &Plan, levels: &Noise, at: &[u32]) -> Vec<Option<u32>> {
     let positions: Vec<DVec3> = at.iter().map(|&v| mesh.position(v)).collect();
-    let mut rounds = vec![None; mesh.vertex_count()];
+    let mut found = vec![None; mesh.vertex_count()];
     for (&v, s0) in at.iter().zip(levels.levels_at(&positions)) {
-        rounds[v as usize] = s0.map(|s0| levels.rounds(s0));
+        found[v as usize] = s0.map(|s0| rounds(&plan.scale, s0));
     }
-    rounds
+    found
 }
 
 impl Certified {

@@ -60,7 +60,7 @@ pub fn compute(tile: &Certified, plan: &Plan, params: &Params, with_fields: bool
 /// Steps A and B: refined normals, tensors, fold angles.
 fn vote(tile: &Certified, plan: &Plan) -> Field<Vote> {
     let Certified { mesh, faces, demand, .. } = tile;
-    let normals = refine(mesh, faces, &tile.noise, &tile.needed);
+    let normals = refine(mesh, faces, &plan.scale, &tile.noise, &tile.needed);
     let tokens = first_votes(mesh, faces, &normals, &plan.scale, &demand.voted);
     let again = vote_again(mesh, &tokens, &plan.scale, &demand.voted);
     votes(mesh, &tokens, &again, &demand.voted)

@@ -9,5 +9,5 @@ mod tensor;
 
 pub use classify::{Stop, stops, thresholds};
 pub use levels::Levels;
-pub use normals::{FaceGeometry, Noise, refine};
+pub use normals::{FaceGeometry, Noise, refine, rounds};
 pub use tensor::{Token, Vote, first_votes, vote_again, votes};

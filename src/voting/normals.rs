@@ -39,19 +39,18 @@ impl FaceGeometry {
         FaceGeometry { normals, areas, opposed: opposed_faces(mesh) }
     }
 
-    /// The normal of `g` as `f` should count it: turned round if the two are wound against each other and disagree.
+    /// Faces that are wound against `f`; almost always none.
     #[inline]
-    fn seen_from(&self, f: u32, g: u32, normal_f: DVec3, normal_g: DVec3) -> DVec3 {
-        match &self.opposed {
-            Some(opposed) if normal_f.dot(normal_g) < 0.0 && opposed.row(f).contains(&g) => -normal_g,
-            _ => normal_g,
-        }
+    pub fn opposed_to(&self, f: u32) -> &[u32] {
+        self.opposed.as_ref().map_or(&[], |opposed| opposed.row(f))
     }
+}
 
-    /// Whether `f` is wound against one of its neighbours.
-    pub fn is_opposed(&self, f: u32) -> bool {
-        self.opposed.as_ref().is_some_and(|opposed| !opposed.row(f).is_empty())
-    }
+/// The normal of `g` as a face with normal `own` should count it: turned round if the two are wound against each other
+/// (`g` is among `opposed`) and disagree.
+#[inline]
+fn seen_from(own: DVec3, opposed: &[u32], g: u32, normal: DVec3) -> DVec3 {
+    if !opposed.is_empty() && own.dot(normal) < 0.0 && opposed.contains(&g) { -normal } else { normal }
 }
 
 /// Pairs of faces that traverse a common edge in the same direction.
@@ -95,31 +94,24 @@ pub struct Noise<'a> {
     levels: Levels,
     lattice: &'a Lattice,
     region: &'a Region,
-    scale: Scale,
 }
 
 impl<'a> Noise<'a> {
     /// Collects the chords |n_f - n_g| over edges with two faces. An edge of a degenerate face has no chord.
-    pub fn new(
-        mesh: &TileMesh,
-        faces: &FaceGeometry,
-        lattice: &'a Lattice,
-        region: &'a Region,
-        scale: Scale,
-    ) -> Noise<'a> {
+    pub fn new(mesh: &TileMesh, faces: &FaceGeometry, lattice: &'a Lattice, region: &'a Region) -> Noise<'a> {
         let chords = edges(mesh, |v, uses, out| {
             for edge in uses.chunk_by(|a, b| a.other == b.other).filter(|edge| edge[0].other > v) {
                 if let [a, b] = edge {
                     let (f, g) = (a.face.min(b.face), a.face.max(b.face));
                     let (nf, ng) = (faces.normals[f as usize], faces.normals[g as usize]);
                     if faces.areas[f as usize] > 0.0 && faces.areas[g as usize] > 0.0 {
-                        let d = nf - faces.seen_from(f, g, nf, ng);
+                        let d = nf - seen_from(nf, faces.opposed_to(f), g, ng);
                         out.push((0.5 * (mesh.position(v) + mesh.position(edge[0].other)), d.dot(d).sqrt()));
                     }
                 }
             }
         });
-        Noise { levels: Levels::new(lattice, chords.into_iter()), lattice, region, scale }
+        Noise { levels: Levels::new(lattice, chords.into_iter()), lattice, region }
     }
 
     /// s0 at each position, `None` where the region does not hold all that it depends on.
@@ -129,17 +121,22 @@ impl<'a> Noise<'a> {
             self.region.covers_level(c).then(|| self.levels.at(c, method::NOISE_QUANTILE))
         })
     }
+}
 
-    /// K: how many rounds a noise of `s0` asks for.
-    pub fn rounds(&self, s0: f64) -> u32 {
-        let k2 = self.scale.k * self.scale.k;
-        let most = self.scale.rounds(method::REFINE_ROUNDS) as f64;
-        (method::REFINE_SLOPE * s0 * k2 + 0.5).floor().min(most) as u32
-    }
+/// K: how many refinement rounds a noise of `s0` asks for.
+pub fn rounds(scale: &Scale, s0: f64) -> u32 {
+    let most = scale.rounds(method::REFINE_ROUNDS) as f64;
+    (method::REFINE_SLOPE * s0 * scale.k * scale.k + 0.5).floor().min(most) as u32
 }
 
 /// Refines the normals: face `f` takes part in its first `needed[f]` rounds. `s0[f]` must be known where that is not 0.
-pub fn refine(mesh: &TileMesh, faces: &FaceGeometry, s0: &[Option<f64>], needed: &[u32]) -> Vec<DVec3> {
+pub fn refine(
+    mesh: &TileMesh,
+    faces: &FaceGeometry,
+    scale: &Scale,
+    s0: &[Option<f64>],
+    needed: &[u32],
+) -> Vec<DVec3> {
     let mut normals = faces.normals.clone();
     let mut active: Vec<u32> = (0..mesh.face_count() as u32).filter(|&f| needed[f as usize] > 0).collect();
     let mut round = 0;
@@ -148,7 +145,12 @@ pub fn refine(mesh: &TileMesh, faces: &FaceGeometry, s0: &[Option<f64>], needed:
             .par_iter()
             .with_min_len(256)
             .map(|&f| {
-                vote_on_normal(mesh, faces, &normals, f, range_width(s0[f as usize].unwrap_or(0.0), round))
+                debug_assert!(
+                    neighbours_are_ready(mesh, scale, s0, needed, f, round),
+                    "round {round} at face {f}"
+                );
+                let width = range_width(s0[f as usize].unwrap_or(0.0), round);
+                vote_on_normal(mesh, faces, &normals, f, width)
             })
             .collect();
         active.iter().zip(next).for_each(|(&f, n)| normals[f as usize] = n);
@@ -156,6 +158,22 @@ pub fn refine(mesh: &TileMesh, faces: &FaceGeometry, s0: &[Option<f64>], needed:
         active.retain(|&f| needed[f as usize] > round);
     }
     normals
+}
+
+/// Whether all faces around `f` have done the rounds before `round` that they take part in: the halo is wide enough.
+fn neighbours_are_ready(
+    mesh: &TileMesh,
+    scale: &Scale,
+    s0: &[Option<f64>],
+    needed: &[u32],
+    f: u32,
+    round: u32,
+) -> bool {
+    let ready = |g: u32| {
+        let most = s0[g as usize].map_or(u32::MAX, |s0| rounds(scale, s0));
+        needed[g as usize] >= most.min(round)
+    };
+    mesh.corners[f as usize].iter().all(|&v| mesh.faces_of(v).iter().all(|&g| ready(g)))
 }
 
 /// Width of the range kernel as a chord: wide in the first round, where single normals are worst.
@@ -171,12 +189,12 @@ fn range_width(s0: f64, round: u32) -> f64 {
 /// The new normal of `f`: the faces around its corners vote with their area and with how well they agree. A face that
 /// shares two corners votes twice, `f` itself three times.
 fn vote_on_normal(mesh: &TileMesh, faces: &FaceGeometry, normals: &[DVec3], f: u32, width: f64) -> DVec3 {
-    let own = normals[f as usize];
+    let (own, opposed) = (normals[f as usize], faces.opposed_to(f));
     let inverse = 1.0 / (width * width);
     let mut sum = DVec3::ZERO;
     for v in mesh.corners[f as usize] {
         for &g in mesh.faces_of(v) {
-            let normal = faces.seen_from(f, g, own, normals[g as usize]);
+            let normal = seen_from(own, opposed, g, normals[g as usize]);
             let d = own - normal;
             let t = 1.0 - d.dot(d) * inverse;
             if t > 0.0 {

@@ -66,7 +66,7 @@ fn first_vote(mesh: &TileMesh, faces: &FaceGeometry, normals: &[DVec3], scale: &
     // Only where windings disagree: normals are turned to the side of the first face, so that they do not cancel.
     let side = around
         .iter()
-        .any(|&f| faces.is_opposed(f))
+        .any(|&f| !faces.opposed_to(f).is_empty())
         .then(|| around.iter().map(|&f| normals[f as usize]).find(|n| *n != DVec3::ZERO))
         .flatten();
     for &f in around {
