@@ -120,7 +120,8 @@ fn sources() -> Vec<Source> {
 
 /// Length of the literal or comment at the start of `text`, if there is one.
 fn opaque(text: &str) -> Option<usize> {
-    let up_to = |from: usize, end: &str| text[from..].find(end).map_or(text.len(), |at| from + at + end.len());
+    let up_to =
+        |from: usize, end: &str| text[from..].find(end).map_or(text.len(), |at| from + at + end.len());
     if text.starts_with("//") {
         return Some(text.find('\n').unwrap_or(text.len()));
     }
@@ -200,7 +201,8 @@ struct CodePath {
 fn paths(code: &str) -> Vec<CodePath> {
     let mut found = Vec::new();
     // Braces at which inline modules were opened, and how many braces are open.
-    let (mut modules, mut open, mut seen, mut last): (Vec<usize>, usize, usize, [&str; 2]) = Default::default();
+    let (mut modules, mut open, mut seen, mut last): (Vec<usize>, usize, usize, [&str; 2]) =
+        Default::default();
     for (at, word) in words(code) {
         for c in code[seen..at].chars() {
             match c {
@@ -226,7 +228,9 @@ fn paths(code: &str) -> Vec<CodePath> {
             let depth = modules.len();
             let mut all = Vec::new();
             spread(&code[at..], &mut Vec::new(), &mut all);
-            found.extend(all.into_iter().filter(|names| names.len() > 1).map(|names| CodePath { names, depth }));
+            found.extend(
+                all.into_iter().filter(|names| names.len() > 1).map(|names| CodePath { names, depth }),
+            );
         }
     }
     found
@@ -299,7 +303,10 @@ fn every_module_uses_only_those_before_it() {
     let layers: BTreeSet<&str> = sources.iter().filter_map(|s| s.module().first().copied()).collect();
     assert_eq!(layers, LAYERS.iter().map(|(name, _)| *name).collect());
     let uses = |path: &str| sources.iter().find(|s| s.path == path).expect(path).uses();
-    assert_eq!(uses("refine/thin.rs").into_iter().collect::<Vec<_>>(), ["config", "mesh", "partition", "voting"]);
+    assert_eq!(
+        uses("refine/thin.rs").into_iter().collect::<Vec<_>>(),
+        ["config", "mesh", "partition", "voting"]
+    );
     assert!(uses("pipeline/tile.rs").contains("refine"));
 }
 
@@ -320,7 +327,8 @@ fn exceptions_are_still_needed() {
 fn only_the_command_line_prints() {
     let sources = sources();
     let printing: Vec<&str> = sources.iter().filter(|s| s.prints()).map(|s| s.path.as_str()).collect();
-    let stray: Vec<_> = printing.iter().filter(|path| !path.starts_with("cli/") && **path != "main.rs").collect();
+    let stray: Vec<_> =
+        printing.iter().filter(|path| !path.starts_with("cli/") && **path != "main.rs").collect();
     assert!(stray.is_empty(), "{stray:?}");
 }
 

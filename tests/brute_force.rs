@@ -118,7 +118,9 @@ impl Naive {
         }
         let (mut opposed, mut edges) = (BTreeSet::new(), BTreeMap::new());
         for (&(a, b), same) in &directed {
-            opposed.extend(same.iter().flat_map(|&f| same.iter().filter(move |&&g| g != f).map(move |&g| (f, g))));
+            opposed.extend(
+                same.iter().flat_map(|&f| same.iter().filter(move |&&g| g != f).map(move |&g| (f, g))),
+            );
             let edge: &mut BTreeSet<usize> = edges.entry((a.min(b), a.max(b))).or_default();
             edge.extend(same);
         }
@@ -194,7 +196,8 @@ impl Naive {
 
     /// Normals after all rounds. `s0` and `rounds` are by face.
     fn refined(&self, s0: &BTreeMap<usize, f64>) -> BTreeMap<usize, Vector> {
-        let mut normals: BTreeMap<usize, Vector> = self.faces.iter().map(|(&f, face)| (f, face.normal)).collect();
+        let mut normals: BTreeMap<usize, Vector> =
+            self.faces.iter().map(|(&f, face)| (f, face.normal)).collect();
         for round in 0..(20.0 * self.k * self.k).round() as u32 {
             let old = normals.clone();
             for (&f, face) in self.faces.iter().filter(|(f, _)| self.rounds(s0[f]) > round) {
@@ -278,8 +281,7 @@ fn median_side(points: &[Vector], corners: &[[usize; 3]]) -> f64 {
 
 /// Eigenvalues over the largest, descending; zero for the zero tensor.
 fn eigenvalues(tensor: &Matrix3<f64>) -> Vector {
-    let mut values: Vec<f64> =
-        SymmetricEigen::new(*tensor).eigenvalues.iter().map(|l| l.max(0.0)).collect();
+    let mut values: Vec<f64> = SymmetricEigen::new(*tensor).eigenvalues.iter().map(|l| l.max(0.0)).collect();
     values.sort_by(|a, b| b.total_cmp(a));
     if values[0] > 0.0 { [1.0, values[1] / values[0], values[2] / values[0]] } else { [0.0; 3] }
 }
@@ -463,7 +465,8 @@ fn defects_among_noise() {
         }
     }
     let copied: Vec<[u32; 3]> = mesh.faces.iter().step_by(50).map(|&[a, b, c]| [b, a, c]).collect();
-    let fins: Vec<[u32; 3]> = mesh.faces.iter().step_by(70).map(|&[a, b, _]| [a, b, (a + 1500) % 3000]).collect();
+    let fins: Vec<[u32; 3]> =
+        mesh.faces.iter().step_by(70).map(|&[a, b, _]| [a, b, (a + 1500) % 3000]).collect();
     let pointed: Vec<[u32; 3]> = mesh.faces.iter().step_by(90).map(|&[a, b, _]| [a, b, a]).collect();
     // Slivers without area: the third corner is the middle of an edge.
     let slit: Vec<[u32; 2]> = mesh.faces.iter().step_by(110).map(|&[a, b, _]| [a, b]).collect();

@@ -51,7 +51,8 @@ fn a_job_with_the_right_halo_is_equal() {
 
 /// Asserts that something was noticed; with debug assertions, by the read of an unknown value.
 fn assert_noticed(what: &str, outcome: &Outcome) {
-    let caught = matches!(outcome, Outcome::Caught(message) if message.contains("outside what the halo covers"));
+    let caught =
+        matches!(outcome, Outcome::Caught(message) if message.contains("outside what the halo covers"));
     let noticed = if cfg!(debug_assertions) { caught } else { *outcome != Outcome::Equal };
     assert!(noticed, "{what}: {outcome:?}");
 }
@@ -138,7 +139,8 @@ fn findings(source: &dyn MeshSource, plan: &Plan, change: impl Fn(&mut Reach)) -
 fn steps(name: &str, faces: u64, change: impl Fn(&mut Reach)) -> Outcome {
     let mesh = Mesh::of_fixture(name);
     let source = mesh.source();
-    let [whole, cut] = [Tiling::InCore, Tiling::Faces(faces)].map(|tiling| plan(&source, &Params::default(), tiling));
+    let [whole, cut] =
+        [Tiling::InCore, Tiling::Faces(faces)].map(|tiling| plan(&source, &Params::default(), tiling));
     assert!(cut.cells.len() > 4, "{name}: {} tiles are hardly a test", cut.cells.len());
     let whole = findings(&source, &whole, |_| ());
     assert!(whole.links.len() > 50, "{name}: hardly any links");
@@ -147,7 +149,9 @@ fn steps(name: &str, faces: u64, change: impl Fn(&mut Reach)) -> Outcome {
         Ok(cut) => whole.first_difference(&cut).map_or(Outcome::Equal, Outcome::Different),
         Err(panic) => {
             let message = panic.downcast_ref::<String>().cloned();
-            Outcome::Caught(message.or_else(|| panic.downcast_ref::<&str>().map(|s| s.to_string())).unwrap_or_default())
+            Outcome::Caught(
+                message.or_else(|| panic.downcast_ref::<&str>().map(|s| s.to_string())).unwrap_or_default(),
+            )
         }
     }
 }

@@ -88,7 +88,11 @@ fn other_edges(what: &str, whole: &(Detection, Fields), guise: &Guise) -> usize 
     for (&id, ours) in &found.1.0 {
         let theirs = &whole.1.0[&guise.original[id as usize]];
         for (a, b) in ours.eigenvalues.iter().zip(theirs.eigenvalues) {
-            assert!((a - b).abs() < TOLERANCE, "{what}: eigenvalues of {}: {ours:?}, was {theirs:?}", theirs.id);
+            assert!(
+                (a - b).abs() < TOLERANCE,
+                "{what}: eigenvalues of {}: {ours:?}, was {theirs:?}",
+                theirs.id
+            );
         }
     }
     let identity: Vec<u64> = (0..guise.original.len() as u64).collect();

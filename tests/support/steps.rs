@@ -48,7 +48,8 @@ impl Tile {
             let noise = Noise::new(&mesh, &faces, &plan.lattice, &region, plan.scale);
             let barycentres: Vec<DVec3> = (0..mesh.face_count() as u32).map(|f| mesh.barycentre(f)).collect();
             let levels = noise.levels_at(&barycentres);
-            let face_rounds: Vec<Option<u32>> = levels.iter().map(|s0| s0.map(|s0| noise.rounds(s0))).collect();
+            let face_rounds: Vec<Option<u32>> =
+                levels.iter().map(|s0| s0.map(|s0| noise.rounds(s0))).collect();
             let (needed, more) = round_demand(&loaded, plan, &demand.voted, &face_rounds, reach);
             gaps.extend(more);
             let thinned = demand.thinned.all();
@@ -109,8 +110,7 @@ impl Steps {
         let support = evidence.support(&demand.linked);
         let r = average_along(mesh, &votes, &tile.vertex_rounds, &demand.thinned);
         let ridge = ridges(mesh, scale, &votes, &r, &support, &stops, &demand.linked);
-        let linker =
-            Linker { mesh, votes: &votes, r: &r, support: &support, stops: &stops, ridge: &ridge };
+        let linker = Linker { mesh, votes: &votes, r: &r, support: &support, stops: &stops, ridge: &ridge };
         let mut links = Vec::new();
         demand.owned.iter().for_each(|&v| linker.links_from(v, &mut links));
         Steps { normals, tokens, again, votes, threshold, stops, support, r, ridge, links }
