@@ -1,7 +1,11 @@
 //! What the tests share: running a job, collecting what it hands out, and reading the project's own PLY files.
 #![allow(dead_code, reason = "each test binary uses its own part of this")]
 
-use crease::input::{IoMode, MeshSource, PlySource};
+pub mod steps;
+
+use crease::glam::DVec3;
+use crease::input::{FaceBlock, IoMode, MemorySource, MeshSource, PlySource};
+use crease::mesh::VertexId;
 use crease::output::{FieldSink, OutputError};
 use crease::stitch::VertexFields;
 use crease::{Detection, Error, Job, Limits, Params, Silent, Tiling};
@@ -35,6 +39,73 @@ impl FieldSink for Fields {
 /// One tile as large as the world.
 pub fn in_core() -> Limits {
     Limits { tiling: Tiling::InCore, ..Limits::default() }
+}
+
+/// Tiles of about `faces` faces.
+pub fn tiled(faces: u64, threads: usize) -> Limits {
+    Limits { tiling: Tiling::Faces(faces), threads, ..Limits::default() }
+}
+
+/// A mesh as plain arrays, for tests that change it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Mesh {
+    pub positions: Vec<DVec3>,
+    pub faces: Vec<[u32; 3]>,
+}
+
+impl Mesh {
+    /// The mesh of `fixtures/meshes/{name}.ply`.
+    pub fn of_fixture(name: &str) -> Mesh {
+        let source = open(&fixture(&format!("meshes/{name}.ply")));
+        let mut mesh = Mesh { positions: Vec::new(), faces: Vec::new() };
+        source
+            .read_positions(VertexId(0), source.vertex_count() as usize, &mut mesh.positions)
+            .unwrap_or_else(|e| panic!("{e}"));
+        let mut block = FaceBlock::default();
+        for index in 0..source.block_count() {
+            source.read_block(index, &mut block).unwrap_or_else(|e| panic!("{e}"));
+            mesh.faces.extend(block.corners.iter().map(|face| face.map(|id| id.0 as u32)));
+        }
+        mesh
+    }
+
+    /// The mesh as a source.
+    pub fn source(&self) -> MemorySource<'_> {
+        MemorySource::new(&self.positions, &self.faces).unwrap_or_else(|e| panic!("{e}"))
+    }
+}
+
+/// The fields of one vertex as bits, in which 0 and -0 differ and NaN equals itself.
+pub fn field_bits(f: &VertexFields) -> [u64; 9] {
+    let [x, y, z] = f.position.to_array().map(f64::to_bits);
+    let [l1, l2, l3] = f.eigenvalues.map(f64::to_bits);
+    [x, y, z, l1, l2, l3, f.omega.to_bits(), f.salience.to_bits(), f.class as u64]
+}
+
+/// Says what differs first between two results, bit for bit; `None` if nothing does.
+pub fn first_difference(a: &(Detection, Fields), b: &(Detection, Fields)) -> Option<String> {
+    let ids = |fields: &Fields| fields.0.keys().copied().collect::<Vec<_>>();
+    if ids(&a.1) != ids(&b.1) {
+        return Some(format!("{} and {} vertices have fields", a.1.0.len(), b.1.0.len()));
+    }
+    let differing = |(x, y): &(&VertexFields, &VertexFields)| field_bits(x) != field_bits(y);
+    if let Some((x, y)) = a.1.0.values().zip(b.1.0.values()).find(differing) {
+        return Some(format!("the fields of {}: {x:?} and {y:?}", x.id));
+    }
+    let (a, b) = (&a.0, &b.0);
+    if a.defects != b.defects {
+        return Some(format!("defects: {:?} and {:?}", a.defects, b.defects));
+    }
+    if a.lines.largest_salience.to_bits() != b.lines.largest_salience.to_bits() {
+        return Some("the largest salience".to_owned());
+    }
+    if a.lines.lines.len() != b.lines.lines.len() {
+        return Some(format!("{} and {} lines", a.lines.lines.len(), b.lines.lines.len()));
+    }
+    if let Some(i) = a.lines.lines.iter().zip(&b.lines.lines).position(|(x, y)| x != y) {
+        return Some(format!("line {i}: {:?} and {:?}", a.lines.lines[i], b.lines.lines[i]));
+    }
+    (a.lines != b.lines).then(|| "the vertices of the lines".to_owned())
 }
 
 /// Opens a mesh that must be good.

@@ -1,0 +1,118 @@
+//! The steps of one tile through the public interfaces of the library, as the pipeline takes them: for tests that look
+//! between the steps, or that ask for a halo the pipeline would never ask for.
+
+use crease::Params;
+use crease::glam::DVec3;
+use crease::input::MeshSource;
+use crease::math::Sym3;
+use crease::mesh::{Field, TileMesh};
+use crease::partition::{
+    Cell, Demand, Loaded, Plan, Reach, load, merge, noise_demand, round_demand, scan, vertex_demand,
+};
+use crease::refine::{Evidence, Link, Linker, Support, average_along, contrast, ridges};
+use crease::voting::{
+    FaceGeometry, Noise, Stop, Token, Vote, first_votes, refine, stops, thresholds, vote_again, votes,
+};
+
+/// Scans and plans.
+pub fn plan(source: &dyn MeshSource, params: &Params, tiling: crease::Tiling) -> Plan {
+    let mut found = scan(source, &|_| ()).unwrap_or_else(|e| panic!("{e}"));
+    Plan::new(&mut found, params, tiling).unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// A tile with all that its vertices depend on, as far as `reach` knows.
+pub struct Tile {
+    pub mesh: TileMesh,
+    pub demand: Demand,
+    pub faces: FaceGeometry,
+    /// s0 of each face, where it is known.
+    pub noise: Vec<Option<f64>>,
+    /// K of each face, where it is known.
+    pub face_rounds: Vec<Option<u32>>,
+    /// Refinement rounds to do for each face.
+    pub needed: Vec<u32>,
+    /// K of each vertex, where it is asked for; 0 elsewhere.
+    pub vertex_rounds: Vec<u32>,
+}
+
+impl Tile {
+    /// Loads `cell`, and more until nothing is missing. The first region is as small as can be, so that what is loaded
+    /// beyond the cell is what `reach` asks for.
+    pub fn load(source: &dyn MeshSource, plan: &Plan, reach: &Reach, cell: &Cell) -> Tile {
+        let mut region = plan.first_region(cell, 0);
+        loop {
+            let mesh = load(source, plan, &region).unwrap_or_else(|e| panic!("{e}"));
+            let loaded = Loaded { mesh: &mesh, region: &region, lattice: &plan.lattice };
+            let (demand, mut gaps) = vertex_demand(&loaded, plan, cell, reach);
+            let faces = FaceGeometry::new(&mesh, &plan.scale);
+            let noise = Noise::new(&mesh, &faces, &plan.lattice, &region, plan.scale);
+            let barycentres: Vec<DVec3> = (0..mesh.face_count() as u32).map(|f| mesh.barycentre(f)).collect();
+            let levels = noise.levels_at(&barycentres);
+            let face_rounds: Vec<Option<u32>> =
+                levels.iter().map(|s0| s0.map(|s0| noise.rounds(s0))).collect();
+            let (needed, more) = round_demand(&loaded, plan, &demand.voted, &face_rounds, reach);
+            gaps.extend(more);
+            let thinned = demand.thinned.all();
+            let positions: Vec<DVec3> = thinned.iter().map(|&v| mesh.position(v)).collect();
+            let mut vertex_rounds = vec![None; mesh.vertex_count()];
+            for (&v, s0) in thinned.iter().zip(noise.levels_at(&positions)) {
+                vertex_rounds[v as usize] = s0.map(|s0| noise.rounds(s0));
+            }
+            gaps.extend(noise_demand(&loaded, thinned, |v| vertex_rounds[v as usize].is_some()));
+            if gaps.is_empty() {
+                let vertex_rounds = vertex_rounds.into_iter().map(|k| k.unwrap_or(0)).collect();
+                return Tile { demand, faces, noise: levels, face_rounds, needed, vertex_rounds, mesh };
+            }
+            region.grow(&merge(gaps));
+        }
+    }
+}
+
+/// What each step found.
+pub struct Steps {
+    /// Refined normals.
+    pub normals: Vec<DVec3>,
+    /// T0 and the sum of weighted normals.
+    pub tokens: Field<Token>,
+    /// T after the repeated votes.
+    pub again: Field<Sym3>,
+    pub votes: Field<Vote>,
+    pub threshold: Field<f64>,
+    pub stops: Field<Stop>,
+    pub support: Field<Support>,
+    pub r: Field<f64>,
+    pub ridge: Field<bool>,
+    /// Paths from the ridge vertices that the tile owns.
+    pub links: Vec<Link>,
+}
+
+impl Steps {
+    /// Steps A to D.
+    pub fn compute(tile: &Tile, plan: &Plan, params: &Params) -> Steps {
+        let Tile { mesh, demand, .. } = tile;
+        let scale = &plan.scale;
+        let normals = refine(mesh, &tile.faces, &tile.noise, &tile.needed);
+        let tokens = first_votes(mesh, &tile.faces, &normals, scale, &demand.voted);
+        let again = vote_again(mesh, &tokens, scale, &demand.voted);
+        let votes = votes(mesh, &tokens, &again, &demand.voted);
+        let contrast = contrast(mesh, scale, &votes, &demand.traced);
+        let threshold = thresholds(mesh, &plan.lattice, &votes, &demand.voted, &demand.traced);
+        let stops = stops(mesh, &votes, &demand.traced);
+        let min_angle = params.min_angle_deg.to_radians();
+        let evidence = Evidence {
+            mesh,
+            votes: &votes,
+            contrast: &contrast,
+            threshold: &threshold,
+            stops: &stops,
+            min_angle,
+        };
+        let support = evidence.support(&demand.linked);
+        let r = average_along(mesh, &votes, &tile.vertex_rounds, &demand.thinned);
+        let ridge = ridges(mesh, scale, &votes, &r, &support, &stops, &demand.linked);
+        let linker = Linker { mesh, votes: &votes, r: &r, support: &support, stops: &stops, ridge: &ridge };
+        let mut links = Vec::new();
+        demand.owned.iter().for_each(|&v| linker.links_from(v, &mut links));
+        Steps { normals, tokens, again, votes, threshold, stops, support, r, ridge, links }
+    }
+}
