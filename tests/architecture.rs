@@ -307,7 +307,7 @@ fn every_module_uses_only_those_before_it() {
         uses("refine/thin.rs").into_iter().collect::<Vec<_>>(),
         ["config", "mesh", "partition", "voting"]
     );
-    assert!(uses("pipeline/tile.rs").contains("refine"));
+    assert!(uses("pipeline/compute.rs").contains("refine"));
 }
 
 #[test]

@@ -8,10 +8,11 @@ mod support;
 
 use crease::input::MeshSource;
 use crease::partition::{Plan, Reach};
+use crease::pipeline::Certified;
 use crease::{Error, Params, Tiling};
 use std::collections::{BTreeMap, BTreeSet};
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use support::steps::{Steps, Tile, plan};
+use support::steps::{Steps, plan, tile};
 use support::{Mesh, first_difference, in_core, tiled, try_run};
 
 /// Meshes and tile sizes with many seams.
@@ -81,7 +82,7 @@ struct Findings {
 }
 
 impl Findings {
-    fn add(&mut self, tile: &Tile, steps: &Steps) {
+    fn add(&mut self, tile: &Certified, steps: &Steps) {
         let id = |v: u32| tile.mesh.id(v).0;
         for &v in &tile.demand.owned {
             let (vote, support, stop) = (steps.votes.get(v), steps.support.get(v), steps.stops.get(v));
@@ -128,8 +129,8 @@ fn findings(source: &dyn MeshSource, plan: &Plan, change: impl Fn(&mut Reach)) -
     let mut reach = Reach::new(&plan.scale);
     change(&mut reach);
     let mut all = Findings::default();
-    for cell in &plan.cells {
-        let tile = Tile::load(source, plan, &reach, cell);
+    for index in 0..plan.cells.len() {
+        let tile = tile(source, plan, &reach, index);
         all.add(&tile, &Steps::compute(&tile, plan, &Params::default()));
     }
     all

@@ -37,8 +37,8 @@ pub struct Certified {
     pub regrown: u32,
 }
 
-/// Loads `cell` with everything its vertices depend on. `rounds_hint` is the largest number of refinement rounds met so
-/// far; it only decides how much is loaded at the first attempt.
+/// Loads tile `id` with everything its vertices depend on. The first attempt loads its cell and `margin` cubes around it;
+/// that decides how often it is loaded, and nothing else.
 ///
 /// # Errors
 /// If the source fails or the region becomes larger than a tile can be.
@@ -47,10 +47,10 @@ pub fn certify(
     plan: &Plan,
     reach: &Reach,
     id: TileId,
-    rounds_hint: u32,
+    margin: i64,
 ) -> Result<Certified, LoadError> {
     let cell = plan.cells[id.0 as usize];
-    let mut region = plan.first_region(&cell, reach.margin(rounds_hint));
+    let mut region = plan.first_region(&cell, margin);
     let (mut regrown, mut generosity) = (0, 1u32);
     loop {
         match attempt(source, plan, reach, id, &region)? {

@@ -6,5 +6,6 @@ mod compute;
 mod events;
 mod run;
 
+pub use certify::{Certified, certify};
 pub use events::{Event, Observer, Silent, Stage};
 pub use run::{Detection, Job, Work};

@@ -193,7 +193,9 @@ impl<'a> Job<'a> {
         let mut rounds_hint = 0;
         for id in (0..plan.cells.len() as u32).map(TileId) {
             let loaded = guarded(id, || {
-                self.pool.install(|| certify(self.source, plan, &reach, id, rounds_hint)).map_err(Error::from)
+                self.pool
+                    .install(|| certify(self.source, plan, &reach, id, reach.margin(rounds_hint)))
+                    .map_err(Error::from)
             });
             match loaded {
                 Ok(tile) => {

@@ -147,7 +147,7 @@ pub fn refine(
             .map(|&f| {
                 debug_assert!(
                     neighbours_are_ready(mesh, scale, s0, needed, f, round),
-                    "round {round} at face {f}"
+                    "round {round} at face {f}: a neighbour lies outside what the halo covers"
                 );
                 let width = range_width(s0[f as usize].unwrap_or(0.0), round);
                 vote_on_normal(mesh, faces, &normals, f, width)
