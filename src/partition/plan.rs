@@ -103,16 +103,14 @@ impl Plan {
 
     /// Indices of the blocks that may have a face in `region`, ascending: the tree promises no order.
     pub fn blocks_in(&self, region: &Region) -> Vec<usize> {
-        let mut found: Vec<usize> = region
-            .boxes()
-            .flat_map(|b| {
-                let envelope = AABB::from_corners(as_f64(b.min), as_f64(b.max));
-                self.directory.locate_in_envelope_intersecting(envelope).map(|entry| entry.data)
-            })
-            .collect();
-        found.sort_unstable();
-        found.dedup();
-        found
+        let mut found = vec![false; self.block_faces.len()];
+        for b in region.boxes() {
+            let envelope = AABB::from_corners(as_f64(b.min), as_f64(b.max));
+            for entry in self.directory.locate_in_envelope_intersecting(envelope) {
+                found[entry.data] = true;
+            }
+        }
+        (0..found.len()).filter(|&block| found[block]).collect()
     }
 }
 
