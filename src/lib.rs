@@ -8,7 +8,7 @@
 //!           └──────────────── pipeline: stages, threads, tiles ────────────────┘
 //! ```
 //!
-//! Data flows one way, and a module uses only those before it. `voting` and `refine` are pure functions of the mesh of one
+//! Data flows one way, and a module uses only those before it (`error`, which joins the errors of all layers, apart). `voting` and `refine` are pure functions of the mesh of one
 //! tile; they cannot tell whether the tile is one of a thousand or the only one, which is why the result does not depend
 //! on how the mesh was cut.
 //!

@@ -94,7 +94,7 @@ fn bad_inputs_are_3_and_say_why() {
     place.refuses("detect zero.ply", 3, &["zero.ply: ", "empty"]);
     let cases = [
         ("text.txt", "not a PLY file"),
-        ("truncated.ply", "truncated"),
+        ("truncated.ply", "runs past the end of the file"),
         ("index_out_of_range.ply", "face 7 at byte"),
         ("nan_vertex.ply", "vertex 3 at byte"),
         ("no_faces.ply", "there are no faces"),
@@ -125,7 +125,7 @@ fn impossible_command_lines_are_2() {
         ("detect bracket.ply --sigma -1", "above 0"),
         ("detect bracket.ply --sigma-edges 99", "between 1 and 30"),
         ("detect bracket.ply --sigma 1 --sigma-edges 3", "--sigma-edges"),
-        ("detect bracket.ply --min-angle 200", "between 0 and 180"),
+        ("detect bracket.ply --min-angle 200", "between 0 and 90"),
         ("detect bracket.ply --tile-faces 0", "--tile-faces"),
         ("detect bracket.ply --in-core --tile-faces 9", "--in-core"),
         ("detect bracket.ply --io pipe", "--io"),

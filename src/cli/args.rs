@@ -277,7 +277,7 @@ fn length(text: &str) -> Result<f64, String> {
 
 fn angle(text: &str) -> Result<f64, String> {
     let x = number(text)?;
-    if (0.0..=180.0).contains(&x) { Ok(x) } else { Err("it must lie between 0 and 180 degrees".to_owned()) }
+    if (0.0..=90.0).contains(&x) { Ok(x) } else { Err("it must lie between 0 and 90 degrees".to_owned()) }
 }
 
 fn edges(text: &str) -> Result<f64, String> {

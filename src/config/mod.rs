@@ -1,8 +1,8 @@
 //! What a run is asked for.
 //!
 //! [`Params`] change the result and are what two runs must share to be comparable; [`Limits`] say how the work is cut
-//! up and never change a byte of it. The constants of the published method and of its robust variant, which are not
-//! for users to set, are in [`method`].
+//! up and never change a byte of it. The constants of the method, which are not for users to set, are in
+//! [`method`].
 
 pub mod method;
 
@@ -60,8 +60,10 @@ pub enum ParamError {
         /// Largest scale: the work grows with its square.
         max: f64,
     },
-    /// An angle that no fold can have.
-    #[error("the smallest angle is {0} degrees; it must lie between 0 and 180")]
+    /// An angle that no fold reads: it comes from a ratio of eigenvalues, which is the same for 60 and 120 degrees.
+    #[error(
+        "the smallest angle is {0} degrees; it must lie between 0 (flat) and 90 (the edge of a box; a sharper fold reads less)"
+    )]
     MinAngle(f64),
     /// A negative or non-finite length.
     #[error("the smallest length is {0} sigmas; it must be finite and not negative")]
@@ -84,7 +86,7 @@ impl Params {
         if !(min..=max).contains(&edges) {
             return Err(ParamError::Sigma { edges, h, min, max });
         }
-        if !(0.0..=180.0).contains(&self.min_angle_deg) {
+        if !(0.0..=90.0).contains(&self.min_angle_deg) {
             return Err(ParamError::MinAngle(self.min_angle_deg));
         }
         if !(self.min_length_sigmas >= 0.0 && self.min_length_sigmas.is_finite()) {

@@ -12,7 +12,8 @@ pub use part_file::{PartFile, check_target};
 
 use crate::stitch::VertexFields;
 
-/// Takes the fields of the vertices that tiles own; every vertex that a face uses comes exactly once, tiles in any order.
+/// Takes the fields of the vertices that tiles own. Every vertex of a face with three different corners comes exactly once,
+/// tiles in any order; other vertices do not come.
 pub trait FieldSink {
     /// Takes the fields of one tile, by ascending id.
     ///

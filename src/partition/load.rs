@@ -26,8 +26,8 @@ pub enum LoadError {
     },
 }
 
-/// Three corners of each face are counted in 32 bits.
-const MOST_FACES: u64 = (u32::MAX / 3) as u64;
+/// A one-ring entry for each corner and each of its two edges, in a soup without shared edges: these are counted in 32 bits.
+const MOST_FACES: u64 = (u32::MAX / 6) as u64;
 
 /// Faces of one block that meet the region.
 struct Chosen {

@@ -114,7 +114,7 @@ impl Plan {
     }
 }
 
-/// Cube indices are exact in f64: they stay below 2^40.
+/// Cube indices are exact in f64: those of points stay below 2^40, and the limits of everything are powers of two.
 fn as_f64(cube: [i64; 3]) -> [f64; 3] {
     cube.map(|x| x as f64)
 }

@@ -35,9 +35,8 @@ pub fn thresholds(
     voted: &Rings,
     at: &[u32],
 ) -> Field<f64> {
-    // A vertex that nothing refers to is not part of the surface.
-    let used = voted.within(0).iter().filter(|&&v| !mesh.faces_around.row(v).is_empty());
-    let levels = Levels::new(lattice, used.map(|&v| (mesh.position(v), votes.get(v).theta)));
+    let folds = voted.within(0).iter().map(|&v| (mesh.position(v), votes.get(v).theta));
+    let levels = Levels::new(lattice, folds);
     let cubes: Vec<Cube> = at.iter().map(|&v| lattice.cube_of(mesh.position(v))).collect();
     let background = levels.at_each(&cubes, method::BACKGROUND_QUANTILE);
     let mut table = vec![0.0; mesh.vertex_count()];
@@ -62,9 +61,6 @@ pub fn stops(mesh: &TileMesh, votes: &Field<Vote>, at: &[u32]) -> Field<Stop> {
 fn on_boundary(mesh: &TileMesh, v: u32) -> bool {
     // Around an inner vertex of a manifold there are as many neighbours as faces; only then is a closer look worth it.
     let (faces, ring) = (mesh.faces_of(v), mesh.ring_of(v));
-    if faces.is_empty() {
-        return false;
-    }
     if ring.len() > faces.len() {
         return true;
     }

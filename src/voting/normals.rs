@@ -1,8 +1,9 @@
 //! Step A: face normals vote for each other until the noise is gone and the creases are not.
 //!
 //! In: a tile mesh. Out: unit normals, areas, the local noise level s0 as a number of rounds K, and refined normals where
-//! the halo asked for them. A bilateral filter in the spirit of Kim, Choi and Lee (2009), with two departures: the range
-//! kernel is scaled by the local noise, and a face stops after as many rounds as its noise asks for.
+//! the halo asked for them. Guy and Medioni (1997) let tokens refine each other before they vote; the kernel is that of a
+//! bilateral filter, with two departures: its range is scaled by the local noise, and a face stops after as many rounds as
+//! its noise asks for.
 
 use super::levels::{Levels, each_distinct};
 use crate::config::method;

@@ -97,7 +97,7 @@ impl Shape {
                 .filter(|&end| end <= window.source.len())
                 .ok_or_else(|| {
                     Fault::Record(format!(
-                        "its list of {count} items runs past the end of the file, which has {} bytes",
+                        "its list of {count} items runs past the end of the file, which has {} bytes: the file is cut off or damaged",
                         window.source.len()
                     ))
                 })?;
@@ -144,7 +144,10 @@ pub(super) enum Fault {
 
 impl Fault {
     fn past_end(window: &Window<'_>) -> Self {
-        Self::Record(format!("it runs past the end of the file, which has {} bytes", window.source.len()))
+        Self::Record(format!(
+            "it runs past the end of the file, which has {} bytes: the file is cut off or damaged",
+            window.source.len()
+        ))
     }
 
     /// The error for the record it happened in.
