@@ -8,13 +8,12 @@ mod support;
 
 use crease::math::Sym3;
 use crease::partition::Reach;
-use crease::voting::rounds;
 use crease::{Params, Sigma, Tiling};
 use nalgebra::{Matrix3, SymmetricEigen};
 use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::PI;
 use support::Mesh;
-use support::steps::{Steps, plan, tile};
+use support::steps::{Steps, Tile, plan};
 
 type Vector = [f64; 3];
 type Cube = [i64; 3];
@@ -333,10 +332,8 @@ fn compare(mesh: &Mesh, sigma_edges: f64, expected: &Expected) -> Comparison {
     let params = Params { sigma: Sigma::Edges(sigma_edges), ..Params::default() };
     let source = mesh.source();
     let plan = plan(&source, &params, Tiling::InCore);
-    let tile = tile(&source, &plan, &Reach::new(&plan.scale), 0);
+    let tile = Tile::load(&source, &plan, &Reach::new(&plan.scale), &plan.cells[0]);
     let steps = Steps::compute(&tile, &plan, &params);
-    let face_rounds: Vec<u32> =
-        tile.noise.iter().map(|s0| rounds(&plan.scale, s0.expect("known in core"))).collect();
     let naive = Naive::new(mesh, sigma_edges);
     assert_eq!(plan.scale.h.to_bits(), naive.h.to_bits(), "h is {}, naive {}", plan.scale.h, naive.h);
 
@@ -349,7 +346,8 @@ fn compare(mesh: &Mesh, sigma_edges: f64, expected: &Expected) -> Comparison {
     let refined = naive.refined(&s0);
     for (local, f) in ids.iter().enumerate() {
         seen.check("s0 of a face", *f, tile.noise[local].expect("known in core"), s0[f], TOLERANCE * s0[f]);
-        assert_eq!(face_rounds[local], naive.rounds(s0[f]), "K of face {f}");
+        let rounds = tile.face_rounds[local].expect("known in core");
+        assert_eq!(rounds, naive.rounds(s0[f]), "K of face {f}");
         // A face without area has no normal to speak of.
         if naive.faces[f].area > 0.0 {
             for (ours, theirs) in steps.normals[local].to_array().into_iter().zip(refined[f]) {
@@ -357,7 +355,7 @@ fn compare(mesh: &Mesh, sigma_edges: f64, expected: &Expected) -> Comparison {
             }
         }
     }
-    let most = face_rounds.iter().max().expect("a face");
+    let most = tile.face_rounds.iter().flatten().max().expect("a face");
     assert!(expected.rounds.contains(most), "the largest K is {most}");
 
     let at_vertices = naive.noise(&naive.points);

@@ -312,11 +312,12 @@ pub fn round_demand(
     reach: &Reach,
 ) -> (Vec<u32>, HashSet<Gap>) {
     let mesh = tile.mesh;
-    let counted = |k: u32| (f64::from(k) * reach.rounds).floor() as u32;
-    let most: Vec<Option<u32>> = rounds.iter().map(|k| k.map(counted)).collect();
     if plan.is_in_core() {
-        return (most.into_iter().map(|k| k.unwrap_or(0)).collect(), HashSet::new());
+        return (rounds.iter().map(|k| k.unwrap_or(0)).collect(), HashSet::new());
     }
+    // More rounds than a face takes part in there are not, however wide the halo.
+    let counted = |k: u32| k.min((f64::from(k) * reach.rounds).floor() as u32);
+    let most: Vec<Option<u32>> = rounds.iter().map(|k| k.map(counted)).collect();
     let mut asking = Asking {
         tile,
         most: &most,

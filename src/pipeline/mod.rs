@@ -6,6 +6,5 @@ mod compute;
 mod events;
 mod run;
 
-pub use certify::{Certified, certify};
 pub use events::{Event, Observer, Silent, Stage};
 pub use run::{Detection, Job, Work};

@@ -5,11 +5,14 @@ use crease::Params;
 use crease::glam::DVec3;
 use crease::input::MeshSource;
 use crease::math::Sym3;
-use crease::mesh::{Field, TileId};
-use crease::partition::{Plan, Reach, scan};
-use crease::pipeline::{Certified, certify};
+use crease::mesh::{Field, TileMesh};
+use crease::partition::{
+    Cell, Demand, Gap, Loaded, Plan, Reach, load, merge, noise_demand, round_demand, scan, vertex_demand,
+};
 use crease::refine::{Evidence, Link, Linker, Support, average_along, contrast, ridges};
-use crease::voting::{Stop, Token, Vote, first_votes, refine, stops, thresholds, vote_again, votes};
+use crease::voting::{
+    FaceGeometry, Noise, Stop, Token, Vote, first_votes, refine, rounds, stops, thresholds, vote_again, votes,
+};
 
 /// Scans and plans.
 pub fn plan(source: &dyn MeshSource, params: &Params, tiling: crease::Tiling) -> Plan {
@@ -17,10 +20,54 @@ pub fn plan(source: &dyn MeshSource, params: &Params, tiling: crease::Tiling) ->
     Plan::new(&mut found, params, tiling).unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// A tile with all that its vertices depend on, as far as `reach` knows. The first region is as small as can be, so that
-/// what is loaded beyond the cell is what `reach` asks for.
-pub fn tile(source: &dyn MeshSource, plan: &Plan, reach: &Reach, index: usize) -> Certified {
-    certify(source, plan, reach, TileId(index as u32), 0).unwrap_or_else(|e| panic!("{e}"))
+/// A tile with all that its vertices depend on, as far as `reach` knows.
+pub struct Tile {
+    pub mesh: TileMesh,
+    pub demand: Demand,
+    pub faces: FaceGeometry,
+    /// s0 of each face, where it is known.
+    pub noise: Vec<Option<f64>>,
+    /// K of each face, where it is known.
+    pub face_rounds: Vec<Option<u32>>,
+    /// Refinement rounds to do for each face.
+    pub needed: Vec<u32>,
+    /// K of each vertex, where it is asked for; 0 elsewhere.
+    pub vertex_rounds: Vec<u32>,
+}
+
+impl Tile {
+    /// Loads `cell`, and more until nothing is missing. The first region is as small as can be and grows by the cubes that
+    /// are missing alone, without their margins: what is loaded beyond the cell is what was asked for and no more, so that
+    /// whatever was not asked for is not there by chance.
+    pub fn load(source: &dyn MeshSource, plan: &Plan, reach: &Reach, cell: &Cell) -> Tile {
+        let mut region = plan.first_region(cell, 0);
+        loop {
+            let mesh = load(source, plan, &region).unwrap_or_else(|e| panic!("{e}"));
+            let loaded = Loaded { mesh: &mesh, region: &region, lattice: &plan.lattice };
+            let (demand, mut gaps) = vertex_demand(&loaded, plan, cell, reach);
+            let faces = FaceGeometry::new(&mesh, &plan.scale);
+            let noise = Noise::new(&mesh, &faces, &plan.lattice, &region);
+            let barycentres: Vec<DVec3> = (0..mesh.face_count() as u32).map(|f| mesh.barycentre(f)).collect();
+            let levels = noise.levels_at(&barycentres);
+            let face_rounds: Vec<Option<u32>> =
+                levels.iter().map(|s0| s0.map(|s0| rounds(&plan.scale, s0))).collect();
+            let (needed, more) = round_demand(&loaded, plan, &demand.voted, &face_rounds, reach);
+            gaps.extend(more);
+            let thinned = demand.thinned.all();
+            let positions: Vec<DVec3> = thinned.iter().map(|&v| mesh.position(v)).collect();
+            let mut vertex_rounds = vec![None; mesh.vertex_count()];
+            for (&v, s0) in thinned.iter().zip(noise.levels_at(&positions)) {
+                vertex_rounds[v as usize] = s0.map(|s0| rounds(&plan.scale, s0));
+            }
+            gaps.extend(noise_demand(&loaded, thinned, |v| vertex_rounds[v as usize].is_some()));
+            if gaps.is_empty() {
+                let vertex_rounds = vertex_rounds.into_iter().map(|k| k.unwrap_or(0)).collect();
+                return Tile { demand, faces, noise: levels, face_rounds, needed, vertex_rounds, mesh };
+            }
+            let bare: Vec<Gap> = merge(gaps).into_iter().map(|gap| Gap { margin: 0, ..gap }).collect();
+            region.grow(&bare, 1);
+        }
+    }
 }
 
 /// What each step found.
@@ -32,6 +79,7 @@ pub struct Steps {
     /// T after the repeated votes.
     pub again: Field<Sym3>,
     pub votes: Field<Vote>,
+    pub contrast: Field<f64>,
     pub threshold: Field<f64>,
     pub stops: Field<Stop>,
     pub support: Field<Support>,
@@ -43,8 +91,8 @@ pub struct Steps {
 
 impl Steps {
     /// Steps A to D.
-    pub fn compute(tile: &Certified, plan: &Plan, params: &Params) -> Steps {
-        let Certified { mesh, demand, .. } = tile;
+    pub fn compute(tile: &Tile, plan: &Plan, params: &Params) -> Steps {
+        let Tile { mesh, demand, .. } = tile;
         let scale = &plan.scale;
         let normals = refine(mesh, &tile.faces, &plan.scale, &tile.noise, &tile.needed);
         let tokens = first_votes(mesh, &tile.faces, &normals, scale, &demand.voted);
@@ -68,6 +116,6 @@ impl Steps {
         let linker = Linker { mesh, votes: &votes, r: &r, support: &support, stops: &stops, ridge: &ridge };
         let mut links = Vec::new();
         demand.owned.iter().for_each(|&v| linker.links_from(v, &mut links));
-        Steps { normals, tokens, again, votes, threshold, stops, support, r, ridge, links }
+        Steps { normals, tokens, again, votes, contrast, threshold, stops, support, r, ridge, links }
     }
 }
