@@ -4,7 +4,7 @@
 //! among them, no two are the same, nothing is replaced unasked, and their directories accept a file.
 
 use super::exit::{Exit, Failure};
-use crate::output::{PartFile, check_target};
+use crate::output::{PartFile, check_target, directory_of, part_of};
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
@@ -66,19 +66,9 @@ fn check_directory(output: &Path) -> Result<(), Failure> {
     Err(Failure::about(Exit::Resource, output, reason))
 }
 
-/// The directory that a file will be in.
-fn directory_of(path: &Path) -> &Path {
-    match path.parent() {
-        Some(parent) if parent != Path::new("") => parent,
-        _ => Path::new("."),
-    }
-}
-
 /// Whether `output`, or the part that it is until it is whole, is the input.
 fn clash(input: &Path, output: &Path) -> Option<PathBuf> {
-    let mut part = output.as_os_str().to_owned();
-    part.push(".part");
-    (same_file(input, output) || same_file(input, Path::new(&part))).then(|| input.to_owned())
+    (same_file(input, output) || same_file(input, &part_of(output))).then(|| input.to_owned())
 }
 
 /// Whether two names lead to the same file, be it there already or not.

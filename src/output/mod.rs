@@ -8,7 +8,7 @@ mod part_file;
 pub use attributes::AttributeFile;
 pub use error::OutputError;
 pub use lines::{stage_ply, write_ply};
-pub use part_file::{PartFile, check_target};
+pub use part_file::{PartFile, check_target, directory_of, part_of};
 
 use crate::stitch::VertexFields;
 

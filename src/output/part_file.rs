@@ -21,9 +21,7 @@ impl PartFile {
     /// # Errors
     /// If the part cannot be created.
     pub fn create(target: &Path) -> Result<PartFile, OutputError> {
-        let mut name = target.file_name().unwrap_or_default().to_owned();
-        name.push(".part");
-        let part = target.with_file_name(name);
+        let part = part_of(target);
         let file = OpenOptions::new()
             .read(true)
             .write(true)
@@ -53,11 +51,7 @@ impl PartFile {
         std::fs::rename(&self.part, &self.target)
             .map_err(OutputError::io(&self.target, "cannot give the file its name"))?;
         self.committed = true;
-        let parent = match self.target.parent() {
-            Some(parent) if parent != Path::new("") => parent,
-            _ => Path::new("."),
-        };
-        File::open(parent)
+        File::open(directory_of(&self.target))
             .and_then(|directory| directory.sync_all())
             .map_err(OutputError::io(&self.target, "cannot sync the directory"))
     }
@@ -69,6 +63,21 @@ impl Drop for PartFile {
             // Nothing can be done about a part that cannot be removed, and nobody mistakes it for a result.
             let _ = std::fs::remove_file(&self.part);
         }
+    }
+}
+
+/// The name of `target` until it is whole.
+pub fn part_of(target: &Path) -> PathBuf {
+    let mut name = target.file_name().unwrap_or_default().to_owned();
+    name.push(".part");
+    target.with_file_name(name)
+}
+
+/// The directory that `target` is in.
+pub fn directory_of(target: &Path) -> &Path {
+    match target.parent() {
+        Some(parent) if parent != Path::new("") => parent,
+        _ => Path::new("."),
     }
 }
 
