@@ -1,0 +1,106 @@
+//! One mesh with known lines. In: a recipe; out: the mesh file, the mesh, its truth and h.
+
+use super::generator::ShapeName;
+use super::generator::ply::{self, Scalar};
+use super::mesh::Mesh;
+use super::metric::{Lines, Truth};
+use anyhow::{Context, Result, ensure};
+use std::fs::File;
+use std::io::{BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+/// What a case is called, and how it is made.
+#[derive(Clone, Debug)]
+pub struct Case {
+    /// The set it is averaged with.
+    pub set: String,
+    /// The mesh, without noise and seed.
+    pub mesh: String,
+    /// The noise, as in the head of a column.
+    pub noise: String,
+    /// The seed, if it is generated.
+    pub seed: Option<u64>,
+    recipe: Recipe,
+}
+
+/// How a mesh is generated.
+#[derive(Clone, Copy, Debug)]
+pub struct Recipe {
+    /// The shape.
+    pub shape: ShapeName,
+    /// Noise in mean edge lengths.
+    pub amount: f64,
+    /// Seed of the mesh and of the noise.
+    pub seed: u64,
+}
+
+/// A mesh whose lines are known.
+#[derive(Clone, Debug)]
+pub struct Problem {
+    /// Where the mesh lies as a file.
+    pub path: PathBuf,
+    /// The mesh.
+    pub mesh: Mesh,
+    /// Its true lines.
+    pub truth: Truth,
+    /// Median side, mesh units.
+    pub h: f64,
+}
+
+impl Case {
+    /// A generated mesh.
+    pub fn of_recipe(set: &str, recipe: Recipe) -> Case {
+        Case {
+            set: set.to_owned(),
+            mesh: recipe.shape.to_string(),
+            noise: recipe.amount.to_string(),
+            seed: Some(recipe.seed),
+            recipe,
+        }
+    }
+
+    /// A name for files.
+    pub fn stem(&self) -> String {
+        let seed = self.seed.map_or(String::new(), |seed| format!("-{seed}"));
+        format!("{}-{}-{}{seed}", self.set, self.mesh, self.noise).replace([' ', '/'], "_")
+    }
+
+    /// Makes the mesh, as a file in `directory` too.
+    ///
+    /// # Errors
+    /// If it cannot be made or written.
+    pub fn build(&self, directory: &Path) -> Result<Problem> {
+        let mut shape = self.recipe.shape.build(self.recipe.seed)?;
+        shape.add_noise(self.recipe.amount, self.recipe.seed);
+        let path = directory.join(format!("{}.ply", self.stem()));
+        write(&path, |out| ply::write_mesh(out, &shape, Scalar::Double))?;
+        let truth = Truth::of_lines(Lines::of_polylines(&shape.lines));
+        Problem::new(path, Mesh { positions: shape.vertices, faces: shape.faces }, truth)
+    }
+}
+
+impl Problem {
+    /// A mesh with its truth.
+    ///
+    /// # Errors
+    /// If no side of the mesh has a length.
+    pub fn new(path: PathBuf, mesh: Mesh, truth: Truth) -> Result<Problem> {
+        let h = mesh.median_side()?;
+        ensure!(h > 0.0, "{}: no side has a length", path.display());
+        Ok(Problem { path, mesh, truth, h })
+    }
+}
+
+/// Writes a file through a buffer.
+///
+/// # Errors
+/// If it cannot be written.
+pub fn write(path: &Path, content: impl Fn(&mut BufWriter<File>) -> std::io::Result<()>) -> Result<()> {
+    File::create(path)
+        .map(BufWriter::new)
+        .and_then(|mut out| {
+            content(&mut out)?;
+            out.flush()
+        })
+        .with_context(|| format!("cannot write {}", path.display()))
+}

@@ -1,0 +1,104 @@
+//! Results of a run as a file. In: scores by case and method; out: JSON, and the groups that tables are made of.
+
+use super::metric::Score;
+use anyhow::{Context, Result};
+use serde::{Deserialize, Serialize};
+use std::fs;
+use std::path::Path;
+
+/// All results of a run. The same program and arguments give the same bytes.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Results {
+    /// What the program says of itself.
+    pub program: String,
+    /// Arguments that were added to every run.
+    pub extra: Vec<String>,
+    /// By case, then by method, in the order of the sets.
+    pub records: Vec<Record>,
+}
+
+/// One method on one case.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Record {
+    /// The set of the case.
+    pub set: String,
+    /// The mesh.
+    pub mesh: String,
+    /// The noise.
+    pub noise: String,
+    /// The seed, if the mesh is generated.
+    pub seed: Option<u64>,
+    /// Vertices of the mesh.
+    pub vertices: usize,
+    /// Faces of the mesh.
+    pub faces: usize,
+    /// h, mesh units.
+    pub median_side: f64,
+    /// The method.
+    pub method: String,
+    /// What came of it.
+    pub outcome: Outcome,
+}
+
+/// What came of a method.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Outcome {
+    /// It found these lines.
+    Scored(Score),
+    /// It does not exist, or not for this mesh; this is what was said.
+    Refused(String),
+}
+
+impl Record {
+    /// The score, if there is one.
+    pub fn score(&self) -> Option<&Score> {
+        match &self.outcome {
+            Outcome::Scored(score) => Some(score),
+            Outcome::Refused(_) => None,
+        }
+    }
+}
+
+impl Results {
+    /// Reads results that [`Results::write`] has written.
+    ///
+    /// # Errors
+    /// If the file is not one of results.
+    pub fn read(path: &Path) -> Result<Results> {
+        let text = fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?;
+        serde_json::from_str(&text).with_context(|| {
+            format!("{} is not a file of results; `quality run --json` writes some", path.display())
+        })
+    }
+
+    /// Writes JSON, one line for each record, so that two files can be compared by eye too.
+    ///
+    /// # Errors
+    /// If the file cannot be written.
+    pub fn write(&self, path: &Path) -> Result<()> {
+        let mut text = format!(
+            "{{\"program\":{},\"extra\":{},\"records\":[\n",
+            serde_json::to_string(&self.program)?,
+            serde_json::to_string(&self.extra)?
+        );
+        for (i, record) in self.records.iter().enumerate() {
+            text.push_str(if i > 0 { ",\n" } else { "" });
+            text.push_str(&serde_json::to_string(record)?);
+        }
+        text.push_str("\n]}\n");
+        fs::write(path, text).with_context(|| format!("cannot write {}", path.display()))
+    }
+}
+
+/// The distinct values of a key, in the order in which they first appear.
+pub fn distinct<T, K: PartialEq>(items: impl IntoIterator<Item = T>, key: impl Fn(T) -> K) -> Vec<K> {
+    let mut found: Vec<K> = Vec::new();
+    for item in items {
+        let value = key(item);
+        if !found.contains(&value) {
+            found.push(value);
+        }
+    }
+    found
+}

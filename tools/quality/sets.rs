@@ -1,0 +1,84 @@
+//! What is measured on: sets of cases, and the seeds they are made with. In: names of sets; out: cases.
+
+use super::case::{Case, Recipe};
+use anyhow::{Context, Result, bail};
+use clap::ValueEnum;
+
+/// Seeds to look at while the method is changed.
+pub const TUNING_SEEDS: [u64; 3] = [1, 2, 3];
+/// Seeds whose results are reported. Nothing may be chosen by looking at them, or they say nothing any more.
+pub const REPORT_SEEDS: [u64; 3] = [101, 102, 103];
+
+/// Noise that every set is measured at unless told otherwise, in mean edge lengths.
+const AMOUNTS: [f64; 5] = [0.0, 0.1, 0.2, 0.3, 0.5];
+
+/// A set of cases that are averaged together.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Set {
+    /// Solids, a city and folded sheets, with features far apart.
+    Reference,
+    /// All of them.
+    All,
+}
+
+/// Shapes of the reference set.
+const REFERENCE: [&str; 5] = ["bracket", "city", "folds20", "folds10", "folds5"];
+
+impl Set {
+    /// The cases of the set for these seeds. `amounts` replaces the amounts of noise.
+    ///
+    /// # Errors
+    /// If a case cannot be made.
+    pub fn cases(self, seeds: &[u64], amounts: Option<&[f64]>) -> Result<Vec<Case>> {
+        let amounts = amounts.unwrap_or(&AMOUNTS);
+        let mut cases = Vec::new();
+        if matches!(self, Set::Reference | Set::All) {
+            add_shapes(&mut cases, "reference", &REFERENCE, amounts, seeds)?;
+        }
+        Ok(cases)
+    }
+}
+
+fn add_shapes(
+    cases: &mut Vec<Case>,
+    set: &str,
+    shapes: &[&str],
+    amounts: &[f64],
+    seeds: &[u64],
+) -> Result<()> {
+    for shape in shapes {
+        for &amount in amounts {
+            for &seed in seeds {
+                cases.push(Case::of_recipe(set, Recipe { shape: shape.parse()?, amount, seed }));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Seeds by the name of their purpose, or as numbers.
+///
+/// # Errors
+/// If it is neither.
+pub fn parse_seeds(text: &str) -> Result<Vec<u64>> {
+    match text {
+        "tuning" => Ok(TUNING_SEEDS.to_vec()),
+        "report" => Ok(REPORT_SEEDS.to_vec()),
+        _ => text
+            .split(',')
+            .map(|seed| seed.trim().parse().with_context(|| format!("{seed} is no seed")))
+            .collect(),
+    }
+}
+
+/// Amounts of noise, separated by commas.
+///
+/// # Errors
+/// If one is not a number of 0 or more.
+pub fn parse_amounts(text: &str) -> Result<Vec<f64>> {
+    let amount = |word: &str| match word.trim().parse::<f64>() {
+        Ok(amount) if amount >= 0.0 && amount.is_finite() => Ok(amount),
+        _ => bail!("{word} is no amount of noise"),
+    };
+    text.split(',').map(amount).collect()
+}
