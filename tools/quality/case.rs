@@ -1,9 +1,10 @@
-//! One mesh with known lines. In: a recipe; out: the mesh file, the mesh, its truth and h.
+//! One mesh with known lines. In: a recipe or a real pair; out: the mesh file, the mesh, its truth and h.
 
 use super::generator::ShapeName;
 use super::generator::ply::{self, Scalar};
 use super::mesh::Mesh;
 use super::metric::{Lines, Truth};
+use super::pairs::Pair;
 use anyhow::{Context, Result, ensure};
 use std::fs::File;
 use std::io::{BufWriter, Write};
@@ -20,7 +21,14 @@ pub struct Case {
     pub noise: String,
     /// The seed, if it is generated.
     pub seed: Option<u64>,
-    recipe: Recipe,
+    source: Source,
+}
+
+/// Where a mesh comes from.
+#[derive(Clone, Debug)]
+enum Source {
+    Shape(Recipe),
+    Pair { pair: Pair, noisy: bool },
 }
 
 /// How a mesh is generated.
@@ -55,7 +63,18 @@ impl Case {
             mesh: recipe.shape.to_string(),
             noise: recipe.amount.to_string(),
             seed: Some(recipe.seed),
-            recipe,
+            source: Source::Shape(recipe),
+        }
+    }
+
+    /// One version of a real mesh.
+    pub fn of_pair(set: &str, pair: Pair, noisy: bool) -> Case {
+        Case {
+            set: set.to_owned(),
+            mesh: pair.name.to_owned(),
+            noise: if noisy { pair.noise } else { "clean" }.to_owned(),
+            seed: None,
+            source: Source::Pair { pair, noisy },
         }
     }
 
@@ -65,13 +84,20 @@ impl Case {
         format!("{}-{}-{}{seed}", self.set, self.mesh, self.noise).replace([' ', '/'], "_")
     }
 
-    /// Makes the mesh, as a file in `directory` too.
+    /// Makes the mesh, as a file in `directory` too if it is not one already.
     ///
     /// # Errors
-    /// If it cannot be made or written.
+    /// If it cannot be made, read or written.
     pub fn build(&self, directory: &Path) -> Result<Problem> {
-        let mut shape = self.recipe.shape.build(self.recipe.seed)?;
-        shape.add_noise(self.recipe.amount, self.recipe.seed);
+        let recipe = match self.source {
+            Source::Shape(recipe) => recipe,
+            Source::Pair { pair, noisy } => {
+                let (path, mesh, truth) = pair.read(noisy)?;
+                return Problem::new(path, mesh, truth);
+            }
+        };
+        let mut shape = recipe.shape.build(recipe.seed)?;
+        shape.add_noise(recipe.amount, recipe.seed);
         let path = directory.join(format!("{}.ply", self.stem()));
         write(&path, |out| ply::write_mesh(out, &shape, Scalar::Double))?;
         let truth = Truth::of_lines(Lines::of_polylines(&shape.lines));

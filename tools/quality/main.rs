@@ -6,12 +6,14 @@
 #[allow(dead_code, reason = "the generator also writes fixtures")]
 mod generator;
 
+mod baselines;
 mod case;
 mod compare;
 mod lines_file;
 mod mesh;
 mod methods;
 mod metric;
+mod pairs;
 mod program;
 mod results;
 mod run;
@@ -40,6 +42,8 @@ struct Arguments {
 enum Command {
     /// Run the program on sets of meshes and score its lines.
     Run(RunArguments),
+    /// Run it on real meshes of which a clean and a noisy version exist: the same as `run --set pairs`.
+    Pairs(WorkArguments),
     /// Score one file of lines.
     Score {
         /// The mesh, for its median side.
@@ -79,6 +83,12 @@ struct RunArguments {
     work: WorkArguments,
 }
 
+impl RunArguments {
+    fn pairs(work: WorkArguments) -> RunArguments {
+        RunArguments { set: vec![Set::Pairs], seeds: "tuning".to_owned(), noise: None, filter: None, work }
+    }
+}
+
 #[derive(clap::Args)]
 struct WorkArguments {
     /// The program. Default: the one in the target directory that this program lies in.
@@ -90,6 +100,9 @@ struct WorkArguments {
     /// Further arguments for every run of the program, separated by blanks.
     #[arg(long, value_name = "ARGUMENTS", default_value = "", allow_hyphen_values = true)]
     extra: String,
+    /// Run the baselines too, which choose their parameters with the truth. Takes longer than the program.
+    #[arg(long)]
+    baselines: bool,
     /// Write the results.
     #[arg(long, value_name = "FILE.json")]
     json: Option<PathBuf>,
@@ -106,7 +119,8 @@ struct WorkArguments {
 
 fn main() -> Result<()> {
     match Arguments::parse().command {
-        Command::Run(arguments) => run(&arguments),
+        Command::Run(arguments) => run(arguments),
+        Command::Pairs(arguments) => run(RunArguments::pairs(arguments)),
         Command::Score { mesh, lines, truth } => score(mesh, &lines, &truth),
         Command::Compare { before, after } => {
             print!("{}", compare::differences(&Results::read(&before)?, &Results::read(&after)?));
@@ -115,7 +129,7 @@ fn main() -> Result<()> {
     }
 }
 
-fn run(arguments: &RunArguments) -> Result<()> {
+fn run(arguments: RunArguments) -> Result<()> {
     let seeds = sets::parse_seeds(&arguments.seeds)?;
     let amounts = arguments.noise.as_deref().map(sets::parse_amounts).transpose()?;
     let mut cases = Vec::new();
@@ -145,6 +159,7 @@ fn work(arguments: &WorkArguments, cases: &[Case]) -> Result<Results> {
     let bench = Bench {
         program: &program,
         methods: &methods::parse(&arguments.methods)?,
+        baselines: arguments.baselines,
         jobs: arguments.jobs.into(),
         keep: arguments.keep.as_deref(),
     };

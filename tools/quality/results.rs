@@ -36,6 +36,9 @@ pub struct Record {
     pub median_side: f64,
     /// The method.
     pub method: String,
+    /// Parameters that the method chose with the truth.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub chosen: Option<String>,
     /// What came of it.
     pub outcome: Outcome,
 }

@@ -1,8 +1,8 @@
 //! Builds cases, runs the methods on them, scores the lines. In: cases; out: [`Results`] in the order of the cases,
 //! whatever order they were worked on.
 
-use super::case::write;
-use super::case::{Case, Problem};
+use super::baselines;
+use super::case::{Case, Problem, write};
 use super::generator::ply;
 use super::lines_file;
 use super::methods::Method;
@@ -21,6 +21,8 @@ pub struct Bench<'a> {
     pub program: &'a Program,
     /// The ways to run it.
     pub methods: &'a [Method],
+    /// Whether to run the baselines too. They take longer than the program.
+    pub baselines: bool,
     /// How many cases are worked on at the same time.
     pub jobs: usize,
     /// Where meshes, truth and lines are kept as files; without it they are removed as soon as they are scored.
@@ -68,7 +70,7 @@ impl Bench<'_> {
             let curves: Vec<Vec<_>> = problem.truth.curves.iter().map(curve).collect();
             write(&path, |out| ply::write_lines(out, &curves))?;
         }
-        let record = |method: &str, outcome| Record {
+        let record = |method: &str, chosen, outcome| Record {
             set: case.set.clone(),
             mesh: case.mesh.clone(),
             noise: case.noise.clone(),
@@ -77,6 +79,7 @@ impl Bench<'_> {
             faces: problem.mesh.faces.len(),
             median_side: problem.h,
             method: method.to_owned(),
+            chosen,
             outcome,
         };
         let mut records = Vec::new();
@@ -86,7 +89,13 @@ impl Bench<'_> {
                 Ok(lines) => Outcome::Scored(score(&lines, &problem.truth, problem.h)),
                 Err(refusal) => Outcome::Refused(refusal),
             };
-            records.push(record(method.name, outcome));
+            records.push(record(method.name, None, outcome));
+        }
+        if self.baselines {
+            for found in baselines::all(&problem.mesh, &problem.truth, problem.h) {
+                let score = score(&found.lines, &problem.truth, problem.h);
+                records.push(record(found.name, Some(found.chosen), Outcome::Scored(score)));
+            }
         }
         Ok(records)
     }

@@ -1,6 +1,7 @@
 //! What is measured on: sets of cases, and the seeds they are made with. In: names of sets; out: cases.
 
 use super::case::{Case, Recipe};
+use super::pairs::PAIRS;
 use anyhow::{Context, Result, bail};
 use clap::ValueEnum;
 
@@ -17,6 +18,8 @@ const AMOUNTS: [f64; 5] = [0.0, 0.1, 0.2, 0.3, 0.5];
 pub enum Set {
     /// Solids, a city and folded sheets, with features far apart.
     Reference,
+    /// Real meshes, clean and noisy; `CREASE_DATA` names their folder.
+    Pairs,
     /// All of them.
     All,
 }
@@ -34,6 +37,11 @@ impl Set {
         let mut cases = Vec::new();
         if matches!(self, Set::Reference | Set::All) {
             add_shapes(&mut cases, "reference", &REFERENCE, amounts, seeds)?;
+        }
+        if matches!(self, Set::Pairs | Set::All) {
+            for pair in PAIRS {
+                cases.extend([false, true].map(|noisy| Case::of_pair("pairs", pair, noisy)));
+            }
         }
         Ok(cases)
     }
