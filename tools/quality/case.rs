@@ -72,7 +72,7 @@ impl Case {
         Case {
             set: set.to_owned(),
             mesh: pair.name.to_owned(),
-            noise: if noisy { pair.noise } else { "clean" }.to_owned(),
+            noise: if noisy { "noisy" } else { "clean" }.to_owned(),
             seed: None,
             source: Source::Pair { pair, noisy },
         }
@@ -81,7 +81,29 @@ impl Case {
     /// A name for files.
     pub fn stem(&self) -> String {
         let seed = self.seed.map_or(String::new(), |seed| format!("-{seed}"));
-        format!("{}-{}-{}{seed}", self.set, self.mesh, self.noise).replace([' ', '/'], "_")
+        let plain = |c: char| if c.is_ascii_alphanumeric() || "-._".contains(c) { c } else { '_' };
+        format!("{}-{}-{}{seed}", self.set, self.mesh, self.noise).chars().map(plain).collect()
+    }
+
+    /// Where the mesh lies: in `directory` if it is generated.
+    ///
+    /// # Errors
+    /// If the environment does not say where the real meshes are.
+    pub fn mesh_path(&self, directory: &Path) -> Result<PathBuf> {
+        match self.source {
+            Source::Shape(_) => Ok(directory.join(format!("{}.ply", self.stem()))),
+            Source::Pair { pair, noisy } => pair.path(noisy),
+        }
+    }
+
+    /// Where the true lines lie if they are kept.
+    pub fn truth_path(&self, directory: &Path) -> PathBuf {
+        directory.join(format!("{}.truth.ply", self.stem()))
+    }
+
+    /// Where the lines that a method found lie.
+    pub fn lines_path(&self, directory: &Path, method: &str) -> PathBuf {
+        directory.join(format!("{}.{method}.ply", self.stem()))
     }
 
     /// Makes the mesh, as a file in `directory` too if it is not one already.
@@ -89,16 +111,16 @@ impl Case {
     /// # Errors
     /// If it cannot be made, read or written.
     pub fn build(&self, directory: &Path) -> Result<Problem> {
+        let path = self.mesh_path(directory)?;
         let recipe = match self.source {
             Source::Shape(recipe) => recipe,
             Source::Pair { pair, noisy } => {
-                let (path, mesh, truth) = pair.read(noisy)?;
+                let (mesh, truth) = pair.read(noisy)?;
                 return Problem::new(path, mesh, truth);
             }
         };
         let mut shape = recipe.shape.build(recipe.seed)?;
         shape.add_noise(recipe.amount, recipe.seed);
-        let path = directory.join(format!("{}.ply", self.stem()));
         write(&path, |out| ply::write_mesh(out, &shape, Scalar::Double))?;
         let truth = Truth::of_lines(Lines::of_polylines(&shape.lines));
         Problem::new(path, Mesh { positions: shape.vertices, faces: shape.faces }, truth)

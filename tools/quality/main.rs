@@ -6,116 +6,42 @@
 #[allow(dead_code, reason = "the generator also writes fixtures")]
 mod generator;
 
+mod arguments;
 mod baselines;
 mod case;
 mod compare;
+mod groups;
 mod lines_file;
+mod markdown;
 mod mesh;
 mod methods;
 mod metric;
 mod pairs;
 mod program;
+mod report;
 mod results;
 mod run;
 mod sets;
+mod sheet;
 mod tables;
 
 use anyhow::{Context, Result, ensure};
+use arguments::{Arguments, Command, ProgramArguments, ReportArguments, RunArguments};
 use case::{Case, Problem};
-use clap::{Parser, Subcommand};
+use clap::Parser;
+use methods::{METHODS, Method};
 use metric::Truth;
 use program::Program;
 use results::Results;
 use run::Bench;
-use sets::Set;
-use std::path::PathBuf;
+use sets::{REPORT_SEEDS, Set};
+use std::fs;
+use std::path::{Path, PathBuf};
 
-/// Scores feature lines against known ones.
-#[derive(Parser)]
-#[command(name = "quality", max_term_width = 110)]
-struct Arguments {
-    #[command(subcommand)]
-    command: Command,
-}
-
-#[derive(Subcommand)]
-enum Command {
-    /// Run the program on sets of meshes and score its lines.
-    Run(RunArguments),
-    /// Run it on real meshes of which a clean and a noisy version exist: the same as `run --set pairs`.
-    Pairs(WorkArguments),
-    /// Score one file of lines.
-    Score {
-        /// The mesh, for its median side.
-        #[arg(long, value_name = "FILE.ply")]
-        mesh: PathBuf,
-        /// The lines to be scored.
-        #[arg(long, value_name = "FILE.ply")]
-        lines: PathBuf,
-        /// The true lines.
-        #[arg(long, value_name = "FILE.ply")]
-        truth: PathBuf,
-    },
-    /// Say what is different between two runs: by case, and in the mean.
-    Compare {
-        /// Results of `run --json`.
-        before: PathBuf,
-        /// Results of `run --json` after a change.
-        after: PathBuf,
-    },
-}
-
-#[derive(clap::Args)]
-struct RunArguments {
-    /// What to run on.
-    #[arg(long, value_enum, default_value = "reference")]
-    set: Vec<Set>,
-    /// `tuning`, `report`, or numbers separated by commas.
-    #[arg(long, default_value = "tuning")]
-    seeds: String,
-    /// Amounts of noise in mean edge lengths, separated by commas, instead of those of the set.
-    #[arg(long, value_name = "LIST")]
-    noise: Option<String>,
-    /// Only meshes whose name contains this.
-    #[arg(long, value_name = "TEXT")]
-    filter: Option<String>,
-    #[command(flatten)]
-    work: WorkArguments,
-}
-
-impl RunArguments {
-    fn pairs(work: WorkArguments) -> RunArguments {
-        RunArguments { set: vec![Set::Pairs], seeds: "tuning".to_owned(), noise: None, filter: None, work }
-    }
-}
-
-#[derive(clap::Args)]
-struct WorkArguments {
-    /// The program. Default: the one in the target directory that this program lies in.
-    #[arg(long, value_name = "PATH")]
-    crease: Option<PathBuf>,
-    /// Ways to run the program, separated by commas: robust, paper, fitted.
-    #[arg(long, value_name = "LIST", default_value = "robust")]
-    methods: String,
-    /// Further arguments for every run of the program, separated by blanks.
-    #[arg(long, value_name = "ARGUMENTS", default_value = "", allow_hyphen_values = true)]
-    extra: String,
-    /// Run the baselines too, which choose their parameters with the truth. Takes longer than the program.
-    #[arg(long)]
-    baselines: bool,
-    /// Write the results.
-    #[arg(long, value_name = "FILE.json")]
-    json: Option<PathBuf>,
-    /// Compare with earlier results.
-    #[arg(long, value_name = "FILE.json")]
-    against: Option<PathBuf>,
-    /// Keep meshes, true lines and found lines as files.
-    #[arg(long, value_name = "DIRECTORY")]
-    keep: Option<PathBuf>,
-    /// Cases that are worked on at the same time.
-    #[arg(long, default_value_t = 2, value_parser = clap::value_parser!(u8).range(1..))]
-    jobs: u8,
-}
+/// The document whose tables are generated, below the root of the project.
+const DOCUMENT: &str = "docs/QUALITY.md";
+/// The sheet of the reference set, below the root of the project.
+const SHEET: &str = "docs/pictures/quality.png";
 
 fn main() -> Result<()> {
     match Arguments::parse().command {
@@ -126,6 +52,7 @@ fn main() -> Result<()> {
             print!("{}", compare::differences(&Results::read(&before)?, &Results::read(&after)?));
             Ok(())
         }
+        Command::Report(arguments) => report(&arguments),
     }
 }
 
@@ -133,40 +60,74 @@ fn run(arguments: RunArguments) -> Result<()> {
     let seeds = sets::parse_seeds(&arguments.seeds)?;
     let amounts = arguments.noise.as_deref().map(sets::parse_amounts).transpose()?;
     let mut cases = Vec::new();
-    for set in &arguments.set {
+    for set in arguments.set.iter().flat_map(|set| set.members()) {
         cases.extend(set.cases(&seeds, amounts.as_deref())?);
     }
     if let Some(part) = &arguments.filter {
         cases.retain(|case| case.mesh.contains(part));
     }
     ensure!(!cases.is_empty(), "no case is left");
-    let results = work(&arguments.work, &cases)?;
+
+    let work = arguments.work;
+    let scratch = tempfile::tempdir()?;
+    let keep = match (&work.keep, &work.sheet) {
+        (Some(directory), _) => {
+            fs::create_dir_all(directory).with_context(|| format!("cannot make {}", directory.display()))?;
+            Some(directory.as_path())
+        }
+        (None, Some(_)) => Some(scratch.path()),
+        (None, None) => None,
+    };
+    let results = measure(&work.program, &cases, &methods::parse(&work.methods)?, work.baselines, keep)?;
     println!("{}\n{}", tables::cases(&results), tables::means(&results));
-    if let Some(path) = &arguments.work.json {
+    if let Some(path) = &work.json {
         results.write(path)?;
     }
-    if let Some(path) = &arguments.work.against {
+    if let Some(path) = &work.markdown {
+        let part = |set: Results| format!("## {}\n\n{}", set.records[0].set, markdown::tables(&set));
+        let text: Vec<String> = results.by_set().into_iter().map(part).collect();
+        fs::write(path, text.join("\n")).with_context(|| format!("cannot write {}", path.display()))?;
+    }
+    if let (Some(path), Some(directory)) = (&work.sheet, keep) {
+        sheet::draw(&cases, &results, directory, path)?;
+    }
+    if let Some(path) = &work.against {
         println!("{}", compare::differences(&Results::read(path)?, &results));
     }
     Ok(())
 }
 
-fn work(arguments: &WorkArguments, cases: &[Case]) -> Result<Results> {
+/// Runs methods, and the baselines if they are wanted, on all cases.
+fn measure(
+    arguments: &ProgramArguments,
+    cases: &[Case],
+    methods: &[Method],
+    baselines: bool,
+    keep: Option<&Path>,
+) -> Result<Results> {
     let program = Program::find(arguments.crease.as_deref(), &arguments.extra)?;
-    if let Some(directory) = &arguments.keep {
-        std::fs::create_dir_all(directory).with_context(|| format!("cannot make {}", directory.display()))?;
-    }
-    let bench = Bench {
-        program: &program,
-        methods: &methods::parse(&arguments.methods)?,
-        baselines: arguments.baselines,
-        jobs: arguments.jobs.into(),
-        keep: arguments.keep.as_deref(),
-    };
+    let bench = Bench { program: &program, methods, baselines, jobs: arguments.jobs.into(), keep };
     bench.run(cases, &|done, case| eprintln!("{done}/{} {}", cases.len(), case.stem()))
 }
 
-fn score(mesh: PathBuf, lines: &std::path::Path, truth: &std::path::Path) -> Result<()> {
+fn report(arguments: &ReportArguments) -> Result<()> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let all = [Set::All];
+    let wanted = if arguments.set.is_empty() { &all[..] } else { &arguments.set };
+    for set in wanted.iter().flat_map(|set| set.members()) {
+        let cases = set.cases(&REPORT_SEEDS, None)?;
+        let scratch = tempfile::tempdir()?;
+        let drawn = set == Set::Reference;
+        let results = measure(&arguments.program, &cases, &METHODS, true, drawn.then_some(scratch.path()))?;
+        report::replace(&root.join(DOCUMENT), set.name(), &markdown::tables(&results))?;
+        if drawn {
+            sheet::draw(&cases, &results, scratch.path(), &root.join(SHEET))?;
+        }
+    }
+    Ok(())
+}
+
+fn score(mesh: PathBuf, lines: &Path, truth: &Path) -> Result<()> {
     let truth = Truth::of_lines(lines_file::read(truth)?);
     let found = lines_file::read(lines)?;
     let positions = mesh::Mesh::read(&mesh)?;

@@ -18,25 +18,23 @@ const FOLDER: &str = "CREASE_DATA";
 /// A mesh in two versions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Pair {
-    /// What it is called.
+    /// What it is called, with kind and amount of the noise of the second version as its collection states them.
     pub name: &'static str,
-    /// The noise of the second version.
-    pub noise: &'static str,
     clean: &'static str,
     noisy: &'static str,
 }
 
-/// All pairs. Kind and amount of the noise are those that the collections state, in mean edge lengths.
+/// All pairs.
 pub const PAIRS: [Pair; 5] = [
-    pair("fandisk_hurtado", "gaussian 0.1", ["fandisk_hurtado_clean.ply", "fandisk_hurtado0.1_noisy.ply"]),
-    pair("fandisk_gcn", "gaussian 0.6", ["fandisk_gcn_clean.ply", "fandisk_gcn_gaus0.6_noisy.ply"]),
-    pair("trim-star", "gaussian 0.3", ["trim-star_gcn_clean.ply", "trim-star_gcn_gaus0.3_noisy.ply"]),
-    pair("fertility", "gaussian 0.3", ["fertility_gcn_clean.ply", "fertility_gcn_gaus0.3_noisy.ply"]),
-    pair("nicolo", "impulse 0.6", ["nicolo_gcn_clean.ply", "nicolo_gcn_imp0.6_noisy.ply"]),
+    pair("fandisk_hurtado (gaussian 0.1)", ["fandisk_hurtado_clean.ply", "fandisk_hurtado0.1_noisy.ply"]),
+    pair("fandisk_gcn (gaussian 0.6)", ["fandisk_gcn_clean.ply", "fandisk_gcn_gaus0.6_noisy.ply"]),
+    pair("trim-star (gaussian 0.3)", ["trim-star_gcn_clean.ply", "trim-star_gcn_gaus0.3_noisy.ply"]),
+    pair("fertility (gaussian 0.3)", ["fertility_gcn_clean.ply", "fertility_gcn_gaus0.3_noisy.ply"]),
+    pair("nicolo (impulse 0.6)", ["nicolo_gcn_clean.ply", "nicolo_gcn_imp0.6_noisy.ply"]),
 ];
 
-const fn pair(name: &'static str, noise: &'static str, [clean, noisy]: [&'static str; 2]) -> Pair {
-    Pair { name, noise, clean, noisy }
+const fn pair(name: &'static str, [clean, noisy]: [&'static str; 2]) -> Pair {
+    Pair { name, clean, noisy }
 }
 
 /// The folder of real meshes.
@@ -50,19 +48,25 @@ pub fn folder() -> Result<PathBuf> {
 }
 
 impl Pair {
-    /// The file of one version, its mesh, and its truth.
+    /// Where one version lies.
+    ///
+    /// # Errors
+    /// If the environment does not say.
+    pub fn path(&self, noisy: bool) -> Result<PathBuf> {
+        Ok(folder()?.join(if noisy { self.noisy } else { self.clean }))
+    }
+
+    /// The mesh of one version and its truth.
     ///
     /// # Errors
     /// If a file is missing, or the two differ in more than positions.
-    pub fn read(&self, noisy: bool) -> Result<(PathBuf, Mesh, Truth)> {
-        let folder = folder()?;
-        let clean = Mesh::read(&folder.join(self.clean))?;
+    pub fn read(&self, noisy: bool) -> Result<(Mesh, Truth)> {
+        let clean = Mesh::read(&self.path(false)?)?;
         if !noisy {
             let truth = truth(&clean, &clean);
-            return Ok((folder.join(self.clean), clean, truth));
+            return Ok((clean, truth));
         }
-        let path = folder.join(self.noisy);
-        let mesh = Mesh::read(&path)?;
+        let mesh = Mesh::read(&self.path(true)?)?;
         ensure!(
             mesh.faces == clean.faces && mesh.positions.len() == clean.positions.len(),
             "{} and {} differ in their faces",
@@ -70,7 +74,7 @@ impl Pair {
             self.noisy
         );
         let truth = truth(&clean, &mesh);
-        Ok((path, mesh, truth))
+        Ok((mesh, truth))
     }
 }
 

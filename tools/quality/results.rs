@@ -75,6 +75,15 @@ impl Results {
         })
     }
 
+    /// The same results, one set each.
+    pub fn by_set(&self) -> Vec<Results> {
+        let of_set = |set: &str| Results {
+            records: self.records.iter().filter(|record| record.set == set).cloned().collect(),
+            ..self.clone()
+        };
+        distinct(&self.records, |record| record.set.as_str()).into_iter().map(of_set).collect()
+    }
+
     /// Writes JSON, one line for each record, so that two files can be compared by eye too.
     ///
     /// # Errors

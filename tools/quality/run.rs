@@ -65,10 +65,9 @@ impl Bench<'_> {
         let directory = self.keep.unwrap_or(scratch.path());
         let problem = case.build(directory)?;
         if self.keep.is_some() {
-            let path = directory.join(format!("{}.truth.ply", case.stem()));
             let curve = |curve: &Vec<u32>| curve.iter().map(|&v| problem.truth.points[v as usize]).collect();
             let curves: Vec<Vec<_>> = problem.truth.curves.iter().map(curve).collect();
-            write(&path, |out| ply::write_lines(out, &curves))?;
+            write(&case.truth_path(directory), |out| ply::write_lines(out, &curves))?;
         }
         let record = |method: &str, chosen, outcome| Record {
             set: case.set.clone(),
@@ -84,7 +83,7 @@ impl Bench<'_> {
         };
         let mut records = Vec::new();
         for method in self.methods {
-            let lines = directory.join(format!("{}.{}.ply", case.stem(), method.name));
+            let lines = case.lines_path(directory, method.name);
             let outcome = match self.detect(&problem, &lines, method)? {
                 Ok(lines) => Outcome::Scored(score(&lines, &problem.truth, problem.h)),
                 Err(refusal) => Outcome::Refused(refusal),

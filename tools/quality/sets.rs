@@ -28,6 +28,21 @@ pub enum Set {
 const REFERENCE: [&str; 5] = ["bracket", "city", "folds20", "folds10", "folds5"];
 
 impl Set {
+    /// The sets that it stands for.
+    pub fn members(self) -> Vec<Set> {
+        let all = Set::value_variants().iter().copied().filter(|set| *set != Set::All);
+        all.filter(|set| self == Set::All || *set == self).collect()
+    }
+
+    /// As in results and documents.
+    pub fn name(self) -> &'static str {
+        match self {
+            Set::Reference => "reference",
+            Set::Pairs => "pairs",
+            Set::All => "all",
+        }
+    }
+
     /// The cases of the set for these seeds. `amounts` replaces the amounts of noise.
     ///
     /// # Errors
@@ -35,12 +50,15 @@ impl Set {
     pub fn cases(self, seeds: &[u64], amounts: Option<&[f64]>) -> Result<Vec<Case>> {
         let amounts = amounts.unwrap_or(&AMOUNTS);
         let mut cases = Vec::new();
-        if matches!(self, Set::Reference | Set::All) {
-            add_shapes(&mut cases, "reference", &REFERENCE, amounts, seeds)?;
-        }
-        if matches!(self, Set::Pairs | Set::All) {
-            for pair in PAIRS {
-                cases.extend([false, true].map(|noisy| Case::of_pair("pairs", pair, noisy)));
+        for set in self.members() {
+            match set {
+                Set::Reference => add_shapes(&mut cases, set.name(), &REFERENCE, amounts, seeds)?,
+                Set::Pairs => {
+                    for pair in PAIRS {
+                        cases.extend([false, true].map(|noisy| Case::of_pair(set.name(), pair, noisy)));
+                    }
+                }
+                Set::All => {}
             }
         }
         Ok(cases)

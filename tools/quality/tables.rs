@@ -1,64 +1,28 @@
-//! Results as text. In: [`Results`]; out: a table of cases, means by set, noise and method, and the same as Markdown.
+//! Results as text. In: [`Results`]; out: a table of cases, and means by set, noise and method.
 
-use super::metric::Score;
-use super::metric::names::{MEASURES, Measure};
-use super::results::{Outcome, Record, Results, distinct};
+use super::groups::{Group, groups};
+use super::metric::names::MEASURES;
+use super::results::Results;
 use std::fmt::Write;
-
-/// Records that are averaged together: all seeds of a case, or all cases of a set at one noise.
-struct Group<'a> {
-    labels: Vec<String>,
-    records: Vec<&'a Record>,
-}
-
-impl Group<'_> {
-    fn scores(&self) -> impl Iterator<Item = &Score> {
-        self.records.iter().filter_map(|record| record.score())
-    }
-
-    /// The mean of each measure, or why there is none.
-    fn cells(&self) -> Vec<String> {
-        let refusal = self.records.iter().find_map(|record| match &record.outcome {
-            Outcome::Refused(reason) => Some(reason),
-            Outcome::Scored(_) => None,
-        });
-        match refusal.filter(|_| self.scores().next().is_none()) {
-            Some(reason) => vec![format!("unsupported: {reason}")],
-            None => MEASURES.iter().map(|measure| measure.text(measure.mean(self.scores()))).collect(),
-        }
-    }
-}
-
-/// Groups by a list of labels, in the order in which they first appear.
-fn groups<'a, const N: usize>(
-    records: &'a [Record],
-    labels: impl Fn(&'a Record) -> [&'a str; N],
-) -> Vec<Group<'a>> {
-    distinct(records, &labels)
-        .into_iter()
-        .map(|key| Group {
-            records: records.iter().filter(|record| labels(record) == key).collect(),
-            labels: key.map(str::to_owned).to_vec(),
-        })
-        .collect()
-}
 
 /// One row for each case and method, means over the seeds.
 pub fn cases(results: &Results) -> String {
-    let groups = groups(&results.records, |r| [&r.set, &r.mesh, &r.noise, &r.method]);
+    let groups = groups(results.records.iter(), |r| [&r.set, &r.mesh, &r.noise, &r.method]);
     table(&["set", "mesh", "noise", "method"], &groups)
 }
 
 /// One row for each set, noise and method, means over the meshes and seeds.
 pub fn means(results: &Results) -> String {
-    let groups = groups(&results.records, |r| [&r.set, &r.noise, &r.method]);
+    let groups = groups(results.records.iter(), |r| [&r.set, &r.noise, &r.method]);
     table(&["set", "noise", "method"], &groups)
 }
 
 fn table(heads: &[&str], groups: &[Group]) -> String {
     let names: Vec<&str> = heads.iter().copied().chain(MEASURES.iter().map(|measure| measure.name)).collect();
-    let rows: Vec<Vec<String>> =
-        groups.iter().map(|group| group.labels.iter().cloned().chain(group.cells()).collect()).collect();
+    let rows: Vec<Vec<String>> = groups
+        .iter()
+        .map(|group| group.labels.iter().map(|&label| label.to_owned()).chain(group.cells()).collect())
+        .collect();
     let widths: Vec<usize> = (0..names.len())
         .map(|i| {
             // A refusal stands in one cell and is as long as it likes.
@@ -82,9 +46,4 @@ fn table(heads: &[&str], groups: &[Group]) -> String {
         text.push('\n');
     }
     text
-}
-
-/// A measure by its name.
-pub fn measure(name: &str) -> Option<&'static Measure> {
-    MEASURES.iter().find(|measure| measure.name == name)
 }

@@ -36,6 +36,9 @@ pub const MEASURES: [Measure; 15] = [
     quality("rms", |s| s.rms_distance),
 ];
 
+/// Index of F1 at 1h in [`MEASURES`], the measure that decides.
+pub const DECISIVE: usize = 0;
+
 const fn quality(name: &'static str, of: fn(&Score) -> Option<f64>) -> Measure {
     Measure { name, of, digits: 3, needs_truth: true }
 }

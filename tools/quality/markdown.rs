@@ -1,0 +1,74 @@
+//! Results as Markdown, for `docs/QUALITY.md`. In: the results of one set; out: its tables.
+
+use super::groups::{Group, groups};
+use super::metric::names::{DECISIVE, MEASURES, Measure};
+use super::results::{Record, Results, distinct};
+use std::fmt::Write;
+
+/// The tables of a set: F1 by method, F1 by mesh, all measures of the first method.
+pub fn tables(results: &Results) -> String {
+    let Some(method) = results.records.first().map(|record| record.method.as_str()) else {
+        return "No case.\n".to_owned();
+    };
+    let noises = distinct(&results.records, |record: &Record| record.noise.as_str());
+    let mut text = String::from("F1 at 1h by method and noise, means over meshes and seeds:\n\n");
+    matrix(&mut text, "method", &noises, &groups(&results.records, |r| [&r.method, &r.noise]));
+    let _ = write!(
+        text,
+        "\nF1 at 1h of {method} by mesh and noise, means over seeds (no value where nothing is to be found):\n\n"
+    );
+    let own = || results.records.iter().filter(|record| record.method == method);
+    matrix(&mut text, "mesh", &noises, &groups(own(), |r| [&r.mesh, &r.noise]));
+    let _ = write!(text, "\nAll measures of {method} by noise:\n\n");
+    measures(&mut text, &groups(own(), |r| [&r.noise]));
+    refusals(&mut text, results);
+    text
+}
+
+/// One row for each first label, one column for each noise: F1 at 1h.
+fn matrix(text: &mut String, head: &str, noises: &[&str], groups: &[Group]) {
+    let mut heads = vec![head];
+    heads.extend(noises);
+    row(text, heads.iter().map(|&head| head.to_owned()));
+    row(text, heads.iter().map(|_| "---".to_owned()));
+    for name in distinct(groups, |group: &Group| group.labels[0].to_owned()) {
+        let cell = |noise: &&str| {
+            let group = groups.iter().find(|group| group.labels == [name.as_str(), noise]);
+            group.map_or(String::new(), |group| value(group, &MEASURES[DECISIVE]))
+        };
+        row(text, std::iter::once(name.clone()).chain(noises.iter().map(cell)));
+    }
+}
+
+/// One row for each group, one column for each measure.
+fn measures(text: &mut String, groups: &[Group]) {
+    let names = || std::iter::once("noise").chain(MEASURES.iter().map(|measure| measure.name));
+    row(text, names().map(str::to_owned));
+    row(text, names().map(|_| "---".to_owned()));
+    for group in groups {
+        let values = MEASURES.iter().map(|measure| value(group, measure));
+        row(text, std::iter::once(group.labels[0].to_owned()).chain(values));
+    }
+}
+
+fn value(group: &Group, measure: &Measure) -> String {
+    match group.refusal() {
+        Some(_) => "unsupported".to_owned(),
+        None => measure.text(group.mean(measure)),
+    }
+}
+
+/// What was said by methods that do not exist or not for these meshes.
+fn refusals(text: &mut String, results: &Results) {
+    for group in groups(&results.records, |r| [&r.method]) {
+        if let Some(reason) = group.refusal() {
+            let _ = write!(text, "\n`{}` is unsupported: `{reason}`.\n", group.labels[0]);
+        }
+    }
+}
+
+fn row(text: &mut String, cells: impl Iterator<Item = String>) {
+    let cells: Vec<String> = cells.collect();
+    // Writing to a string cannot fail.
+    let _ = writeln!(text, "| {} |", cells.join(" | "));
+}
