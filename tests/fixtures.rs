@@ -77,7 +77,7 @@ fn smallest_angle(shape: &Shape) -> f64 {
         libm::atan2(u.cross(v).length(), u.dot(v)).to_degrees()
     };
     let smallest = |&face: &[u32; 3]| {
-        let [a, b, c] = shape.corners(face);
+        let [a, b, c] = shape.triangle(face);
         angle(a, b, c).min(angle(b, c, a)).min(angle(c, a, b))
     };
     shape.faces.iter().map(smallest).fold(f64::INFINITY, f64::min)
@@ -174,7 +174,7 @@ fn the_bracket_is_closed_with_one_hole_through_it() {
             .faces
             .iter()
             .map(|&face| {
-                let [a, b, c] = bracket.corners(face);
+                let [a, b, c] = bracket.triangle(face);
                 a.dot(b.cross(c)) / 6.0
             })
             .sum();
@@ -256,7 +256,7 @@ fn noise_has_the_stated_deviation() {
 fn a_permuted_mesh_has_the_same_triangles_in_another_order() {
     let triangles = |shape: &Shape| -> Vec<[[u64; 3]; 3]> {
         let bits = |point: DVec3| point.to_array().map(f64::to_bits);
-        shape.faces.iter().map(|&face| shape.corners(face).map(bits)).collect()
+        shape.faces.iter().map(|&face| shape.triangle(face).map(bits)).collect()
     };
     let shape = shape("folds20", 1);
     let mut permuted = shape.clone();

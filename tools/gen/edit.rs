@@ -20,10 +20,19 @@ impl Shape {
         }
     }
 
-    /// Moves the mesh and its lines.
+    /// Moves the mesh, its lines and corners.
     pub fn translate(&mut self, offset: DVec3) {
-        for point in self.vertices.iter_mut().chain(self.lines.iter_mut().flatten()) {
+        let lines = self.lines.iter_mut().flatten();
+        for point in self.vertices.iter_mut().chain(lines).chain(&mut self.corners) {
             *point += offset;
+        }
+    }
+
+    /// Turns x to y, y to z and z to x.
+    pub fn turn_up(&mut self) {
+        let lines = self.lines.iter_mut().flatten();
+        for point in self.vertices.iter_mut().chain(lines).chain(&mut self.corners) {
+            *point = DVec3::new(point.z, point.x, point.y);
         }
     }
 

@@ -9,10 +9,16 @@
 mod border;
 mod builder;
 mod city;
+mod cone;
+mod corners;
 mod edit;
 mod extrude;
 mod folds;
+mod outline;
 mod patch;
+mod refine;
+mod revolve;
+mod solids;
 
 pub mod fixtures;
 pub mod handmade;
@@ -20,5 +26,6 @@ pub mod ply;
 pub mod random;
 pub mod shape;
 pub mod shapes;
+pub mod style;
 
 pub use shapes::ShapeName;
