@@ -43,7 +43,7 @@ fn run(name: &str, noise: f64) -> Score {
     let program = Program::find(Some(Path::new(env!("CARGO_BIN_EXE_crease"))), "").unwrap();
     assert_eq!(program.detect(&input, &output, &[]).unwrap(), Answer::Done);
     let found = lines_file::read(&output).unwrap();
-    let truth = Truth::of_lines(Lines::of_polylines(&shape.lines));
+    let truth = Truth::with_corners(Lines::of_polylines(&shape.lines), &shape.corners);
     let mesh = Mesh { positions: shape.vertices, faces: shape.faces };
     score(&found, &truth, mesh.median_side().unwrap())
 }

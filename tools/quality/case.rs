@@ -2,6 +2,7 @@
 
 use super::generator::ShapeName;
 use super::generator::ply::{self, Scalar};
+use super::generator::style::Style;
 use super::mesh::Mesh;
 use super::metric::{Lines, Truth};
 use super::pairs::Pair;
@@ -36,6 +37,8 @@ enum Source {
 pub struct Recipe {
     /// The shape.
     pub shape: ShapeName,
+    /// What its triangles look like.
+    pub style: Style,
     /// Noise in mean edge lengths.
     pub amount: f64,
     /// Seed of the mesh and of the noise.
@@ -60,7 +63,7 @@ impl Case {
     pub fn of_recipe(set: &str, recipe: Recipe) -> Case {
         Case {
             set: set.to_owned(),
-            mesh: recipe.shape.to_string(),
+            mesh: format!("{} {}", recipe.shape, recipe.style).replace("--", "").trim().to_owned(),
             noise: recipe.amount.to_string(),
             seed: Some(recipe.seed),
             source: Source::Shape(recipe),
@@ -119,10 +122,10 @@ impl Case {
                 return Problem::new(path, mesh, truth);
             }
         };
-        let mut shape = recipe.shape.build(recipe.seed)?;
+        let mut shape = recipe.shape.build_in(&recipe.style, recipe.seed)?;
         shape.add_noise(recipe.amount, recipe.seed);
         write(&path, |out| ply::write_mesh(out, &shape, Scalar::Double))?;
-        let truth = Truth::of_lines(Lines::of_polylines(&shape.lines));
+        let truth = Truth::with_corners(Lines::of_polylines(&shape.lines), &shape.corners);
         Problem::new(path, Mesh { positions: shape.vertices, faces: shape.faces }, truth)
     }
 }

@@ -1,6 +1,7 @@
 //! What is measured on: sets of cases, and the seeds they are made with. In: names of sets; out: cases.
 
 use super::case::{Case, Recipe};
+use super::generator::style::Style;
 use super::pairs::PAIRS;
 use anyhow::{Context, Result, bail};
 use clap::ValueEnum;
@@ -16,16 +17,39 @@ const AMOUNTS: [f64; 5] = [0.0, 0.1, 0.2, 0.3, 0.5];
 /// A set of cases that are averaged together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Set {
-    /// Solids, a city and folded sheets, with features far apart.
+    /// Solids, a city and folded sheets, with features far apart, and a torus without any.
     Reference,
+    /// Features 2 to 5 edges apart.
+    Dense,
+    /// Other triangles: stretched, graded, as CAD programs write them, finer.
+    Variants,
     /// Real meshes, clean and noisy; `CREASE_DATA` names their folder.
     Pairs,
     /// All of them.
     All,
 }
 
-/// Shapes of the reference set.
-const REFERENCE: [&str; 5] = ["bracket", "city", "folds20", "folds10", "folds5"];
+/// Shapes of the reference set: those of `tools/reference/shapes.py`.
+const REFERENCE: [&str; 11] = [
+    "box", "hexprism", "bracket", "cylinder", "rounded", "cone", "city", "folds20", "folds10", "folds5",
+    "torus",
+];
+
+/// Shapes of the dense set.
+const DENSE: [&str; 4] = ["stairs2", "stairs3", "stairs5", "gear"];
+
+/// Shapes that come in every style: flat and curved faces, straight and round edges, strong and weak folds.
+const STYLED: [&str; 4] = ["bracket", "cylinder", "city4", "folds20"];
+
+/// Styles of triangles with the amounts of noise they are measured at. Noise is in mean edge lengths: on the slivers of a
+/// CAD file that is no unit for anything, so there is none.
+const STYLES: [(Style, &[f64]); 5] = [
+    (Style { stretch: 5.0, ..Style::PLAIN }, &[0.0, 0.1, 0.2]),
+    (Style { density: 10.0, ..Style::PLAIN }, &[0.0, 0.1, 0.2]),
+    (Style { cad: true, ..Style::PLAIN }, &[0.0]),
+    (Style { edge: 0.5, ..Style::PLAIN }, &[0.0, 0.1, 0.2]),
+    (Style { edge: 0.25, ..Style::PLAIN }, &[0.0, 0.1, 0.2]),
+];
 
 impl Set {
     /// The sets that it stands for.
@@ -38,6 +62,8 @@ impl Set {
     pub fn name(self) -> &'static str {
         match self {
             Set::Reference => "reference",
+            Set::Dense => "dense",
+            Set::Variants => "variants",
             Set::Pairs => "pairs",
             Set::All => "all",
         }
@@ -48,11 +74,28 @@ impl Set {
     /// # Errors
     /// If a case cannot be made.
     pub fn cases(self, seeds: &[u64], amounts: Option<&[f64]>) -> Result<Vec<Case>> {
-        let amounts = amounts.unwrap_or(&AMOUNTS);
+        let usual = amounts.unwrap_or(&AMOUNTS);
         let mut cases = Vec::new();
         for set in self.members() {
+            let mut add = |shapes: &[&str], style: Style, amounts: &[f64]| -> Result<()> {
+                for shape in shapes {
+                    for &amount in amounts {
+                        for &seed in seeds {
+                            let recipe = Recipe { shape: shape.parse()?, style, amount, seed };
+                            cases.push(Case::of_recipe(set.name(), recipe));
+                        }
+                    }
+                }
+                Ok(())
+            };
             match set {
-                Set::Reference => add_shapes(&mut cases, set.name(), &REFERENCE, amounts, seeds)?,
+                Set::Reference => add(&REFERENCE, Style::PLAIN, usual)?,
+                Set::Dense => add(&DENSE, Style::PLAIN, usual)?,
+                Set::Variants => {
+                    for (style, own) in STYLES {
+                        add(&STYLED, style, amounts.unwrap_or(own))?;
+                    }
+                }
                 Set::Pairs => {
                     for pair in PAIRS {
                         cases.extend([false, true].map(|noisy| Case::of_pair(set.name(), pair, noisy)));
@@ -63,23 +106,6 @@ impl Set {
         }
         Ok(cases)
     }
-}
-
-fn add_shapes(
-    cases: &mut Vec<Case>,
-    set: &str,
-    shapes: &[&str],
-    amounts: &[f64],
-    seeds: &[u64],
-) -> Result<()> {
-    for shape in shapes {
-        for &amount in amounts {
-            for &seed in seeds {
-                cases.push(Case::of_recipe(set, Recipe { shape: shape.parse()?, amount, seed }));
-            }
-        }
-    }
-    Ok(())
 }
 
 /// Seeds by the name of their purpose, or as numbers.
