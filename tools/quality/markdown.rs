@@ -1,11 +1,12 @@
 //! Results as Markdown, for `docs/QUALITY.md`. In: the results of one set; out: its tables.
 
+use super::baselines;
 use super::groups::{Group, groups};
 use super::metric::names::{DECISIVE, MEASURES, Measure};
 use super::results::{Record, Results, distinct};
 use std::fmt::Write;
 
-/// The tables of a set: F1 by method, F1 by mesh, all measures of the first method.
+/// The tables of a set: F1 by method, F1 of the first method by mesh, all measures of all but the baselines.
 pub fn tables(results: &Results) -> String {
     let Some(method) = results.records.first().map(|record| record.method.as_str()) else {
         return "No case.\n".to_owned();
@@ -19,8 +20,9 @@ pub fn tables(results: &Results) -> String {
     );
     let own = || results.records.iter().filter(|record| record.method == method);
     matrix(&mut text, "mesh", &noises, &groups(own(), |r| [&r.mesh, &r.noise]));
-    let _ = write!(text, "\nAll measures of {method} by noise:\n\n");
-    measures(&mut text, &groups(own(), |r| [&r.noise]));
+    text.push_str("\nAll measures of the program's ways by noise:\n\n");
+    let program = results.records.iter().filter(|record| !is_baseline(record));
+    measures(&mut text, &groups(program, |r| [&r.method, &r.noise]));
     refusals(&mut text, results);
     text
 }
@@ -40,14 +42,19 @@ fn matrix(text: &mut String, head: &str, noises: &[&str], groups: &[Group]) {
     }
 }
 
-/// One row for each group, one column for each measure.
+/// Whether a baseline made it: these have no lines, only loose edges.
+fn is_baseline(record: &Record) -> bool {
+    baselines::NAMES.contains(&record.method.as_str())
+}
+
+/// One row for each group that has scores, one column for each measure.
 fn measures(text: &mut String, groups: &[Group]) {
-    let names = || std::iter::once("noise").chain(MEASURES.iter().map(|measure| measure.name));
+    let names = || ["method", "noise"].into_iter().chain(MEASURES.iter().map(|measure| measure.name));
     row(text, names().map(str::to_owned));
     row(text, names().map(|_| "---".to_owned()));
-    for group in groups {
-        let values = MEASURES.iter().map(|measure| value(group, measure));
-        row(text, std::iter::once(group.labels[0].to_owned()).chain(values));
+    for group in groups.iter().filter(|group| group.refusal().is_none()) {
+        let labels = group.labels.iter().map(|&label| label.to_owned());
+        row(text, labels.chain(MEASURES.iter().map(|measure| value(group, measure))));
     }
 }
 

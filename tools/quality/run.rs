@@ -36,14 +36,14 @@ impl Bench<'_> {
     /// The first error in the order of the cases.
     pub fn run(&self, cases: &[Case], progress: &(dyn Fn(usize, &Case) + Sync)) -> Result<Results> {
         let (next, done) = (AtomicUsize::new(0), AtomicUsize::new(0));
-        let slots: Vec<Mutex<Option<Result<Vec<Record>>>>> = cases.iter().map(|_| Mutex::new(None)).collect();
+        let queue: Vec<(&Case, Mutex<Option<Result<Vec<Record>>>>)> =
+            cases.iter().map(|case| (case, Mutex::new(None))).collect();
         std::thread::scope(|scope| {
             for _ in 0..self.jobs.clamp(1, cases.len().max(1)) {
                 scope.spawn(|| {
-                    while let Some(case) = cases.get(next.fetch_add(1, Ordering::Relaxed)) {
+                    while let Some((case, slot)) = queue.get(next.fetch_add(1, Ordering::Relaxed)) {
                         let result = self.case(case).with_context(|| case.stem());
-                        let slot = cases.iter().position(|other| std::ptr::eq(other, case));
-                        if let Some(mut slot) = slot.and_then(|i| slots[i].lock().ok()) {
+                        if let Ok(mut slot) = slot.lock() {
                             *slot = Some(result);
                         }
                         progress(done.fetch_add(1, Ordering::Relaxed) + 1, case);
@@ -52,7 +52,7 @@ impl Bench<'_> {
             }
         });
         let mut records = Vec::new();
-        for (case, slot) in cases.iter().zip(slots) {
+        for (case, slot) in queue {
             let result =
                 slot.into_inner().ok().flatten().with_context(|| format!("{} was lost", case.stem()))?;
             records.extend(result?);
