@@ -58,8 +58,10 @@ impl Program {
         }
         let said = String::from_utf8_lossy(&output.stderr);
         let first = said.lines().next().unwrap_or("it does not say why").trim();
+        // What is wrong, without what to do about it.
+        let short = first.trim_start_matches("crease: error: ").split(';').next().unwrap_or(first);
         if output.status.code() == Some(USAGE) {
-            return Ok(Answer::Refused(first.to_owned()));
+            return Ok(Answer::Refused(short.to_owned()));
         }
         bail!("crease failed on {} ({}): {first}", mesh.display(), output.status)
     }
