@@ -5,6 +5,7 @@ mod generator;
 
 use anyhow::{Context, Result};
 use clap::{Parser, Subcommand};
+use generator::noise::NoiseKind;
 use generator::ply::{self, Scalar};
 use generator::style::Style;
 use generator::{ShapeName, fixtures};
@@ -49,9 +50,12 @@ struct ShapeArguments {
     seed: u64,
     #[command(flatten)]
     style: StyleArguments,
-    /// Noise along the vertex normals: standard deviation in mean edge lengths.
+    /// Amplitude of the noise, in mean edge lengths.
     #[arg(long, value_name = "A", default_value_t = 0.0)]
     noise: f64,
+    #[arg(long, value_name = "KIND", default_value_t = NoiseKind::Normal)]
+    #[arg(help = format!("Kind of noise: {}", NoiseKind::FORMS))]
+    noise_kind: NoiseKind,
     /// The mesh.
     #[arg(short, long, value_name = "FILE.ply")]
     output: PathBuf,
@@ -101,7 +105,7 @@ fn main() -> Result<()> {
 
 fn write_shape(arguments: &ShapeArguments) -> Result<()> {
     let mut shape = arguments.name.build_in(&arguments.style.style(), arguments.seed)?;
-    shape.add_noise(arguments.noise, arguments.seed);
+    shape.add_noise_of(arguments.noise_kind, arguments.noise, arguments.seed)?;
     if let Some(&[x, y, z]) = arguments.offset.as_deref() {
         shape.translate(DVec3::new(x, y, z));
     }

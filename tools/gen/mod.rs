@@ -6,7 +6,9 @@
 //!
 //! This is the reusable part of the example `gen`; tests include it by path.
 
+mod blocks;
 mod border;
+mod boss;
 mod builder;
 mod city;
 mod cone;
@@ -14,14 +16,19 @@ mod corners;
 mod edit;
 mod extrude;
 mod folds;
+mod loft;
 mod outline;
 mod patch;
 mod refine;
+mod relief;
 mod revolve;
 mod solids;
+mod sphere;
+mod terrain;
 
 pub mod fixtures;
 pub mod handmade;
+pub mod noise;
 pub mod ply;
 pub mod random;
 pub mod shape;

@@ -74,8 +74,8 @@ impl<P: Fn(f64) -> DVec2> Revolved<P> {
         on_circle(self.axis, radius, height, angle)
     }
 
-    /// Adds the surface between two circles. `turn` is how far the profile turns; CAD tessellations have that many
-    /// circles between, and their two circles must have the same angles.
+    /// Adds the surface between two circles. CAD tessellations have circles at the parameters `stops`
+    /// between, and their two circles must have the same angles.
     ///
     /// # Errors
     /// If the circles cannot be joined.
@@ -83,16 +83,12 @@ impl<P: Fn(f64) -> DVec2> Revolved<P> {
         &self,
         builder: &mut Builder,
         [bottom, top]: [&[OnCircle]; 2],
-        turn: f64,
+        stops: &[f64],
         sizing: &Sizing,
         random: &mut Random,
     ) -> Result<()> {
-        let parameters = if sizing.is_cad() {
-            sizing.arc_places(|t| self.at(0.0, t), 1.0, turn)
-        } else {
-            sizing.places(|t| self.at(0.0, t), Some(random))
-        };
-        let inner = &parameters[1..parameters.len() - 1];
+        let cuts = sizing.places(|t| self.at(0.0, t), Some(random));
+        let inner = if sizing.is_cad() { stops } else { &cuts[1..cuts.len() - 1] };
         let pin = |point: &OnCircle, up: f64| Pin { uv: DVec2::new(point.angle, up), at: point.at };
         let seam = |angle: f64| {
             inner.iter().map(move |&t| Pin { uv: DVec2::new(angle, self.up(t)), at: self.at(0.0, t) })
@@ -140,6 +136,8 @@ pub fn torus(sizing: Sizing, seed: u64) -> Result<Shape> {
     let mut builder = Builder::new(sizing);
     let equator = circle(DVec2::ZERO, LARGE + SMALL, 0.0, &sizing);
     let mut random = Random::new(seed, "torus");
-    surface.build(&mut builder, [&equator, &equator], TAU, &sizing, &mut random)?;
+    let stops = sizing.arc_places(|_| DVec3::ZERO, 1.0, TAU);
+    let inner = &stops[1..stops.len() - 1];
+    surface.build(&mut builder, [&equator, &equator], inner, &sizing, &mut random)?;
     Ok(builder.finish())
 }

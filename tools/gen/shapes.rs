@@ -4,7 +4,7 @@
 
 use super::shape::Shape;
 use super::style::{Sizing, Style};
-use super::{city, cone, folds, revolve, solids};
+use super::{blocks, boss, city, cone, folds, loft, revolve, solids, sphere, terrain};
 use anyhow::{Context, Result, ensure};
 use glam::DVec3;
 use std::fmt;
@@ -44,6 +44,26 @@ pub enum ShapeName {
     },
     /// A gear wheel: `gear`.
     Gear,
+    /// A sphere, without any feature: `sphere`.
+    Sphere,
+    /// Boxes on a plate: `boxgrid2` for boxes 2 edge lengths apart.
+    Boxgrid {
+        /// From one box to the next.
+        gap: f64,
+    },
+    /// A thin wall on a plate: `wall2` for a thickness of 2 edge lengths.
+    Wall {
+        /// Of the wall.
+        thickness: f64,
+    },
+    /// A plate with a filleted boss and a hole: `boss`.
+    Boss,
+    /// A solid from a square to a circle, with edges that fade: `loft`.
+    Loft,
+    /// Rolling ground with embankment, ditch and scarp: `terrain`.
+    Terrain,
+    /// A panel with two creases that fade: `fading`.
+    Fading,
 }
 
 /// A number that may follow a word.
@@ -61,10 +81,10 @@ struct Number {
 impl ShapeName {
     /// How names are written, for help texts.
     pub const FORMS: &'static str = "box, hexprism, bracket, cylinder, rounded, cone, city[HOUSES], folds[DEGREES], \
-                                     torus, stairs[STEP], gear";
+                                     torus, sphere, stairs[STEP], gear, boxgrid[GAP], wall[THICKNESS], boss, loft, terrain, fading";
 
     /// One of each kind: the ten of the reference and its torus first, with their sizes there.
-    pub const ALL: [Self; 15] = [
+    pub const ALL: [Self; 25] = [
         Self::Box,
         Self::Hexprism,
         Self::Bracket,
@@ -80,6 +100,16 @@ impl ShapeName {
         Self::Stairs { step: 3.0 },
         Self::Stairs { step: 5.0 },
         Self::Gear,
+        Self::Sphere,
+        Self::Boxgrid { gap: 2.0 },
+        Self::Boxgrid { gap: 3.0 },
+        Self::Boxgrid { gap: 5.0 },
+        Self::Wall { thickness: 2.0 },
+        Self::Wall { thickness: 3.0 },
+        Self::Boss,
+        Self::Loft,
+        Self::Terrain,
+        Self::Fading,
     ];
 
     /// Makes the shape in the plain style, without noise.
@@ -125,6 +155,13 @@ impl ShapeName {
             Self::Torus => revolve::torus(sizing, seed),
             Self::Stairs { step } => solids::stairs(step, sizing, seed),
             Self::Gear => solids::gear(sizing, seed),
+            Self::Sphere => sphere::sphere(sizing),
+            Self::Boxgrid { gap } => blocks::boxgrid(gap, sizing, seed),
+            Self::Wall { thickness } => blocks::wall(thickness, sizing, seed),
+            Self::Boss => boss::boss(sizing, seed),
+            Self::Loft => loft::loft(sizing, seed),
+            Self::Terrain => terrain::terrain(sizing, seed),
+            Self::Fading => terrain::fading(sizing, seed),
         }
     }
 
@@ -134,14 +171,15 @@ impl ShapeName {
         match self {
             Self::Box | Self::Hexprism | Self::Bracket | Self::Cylinder | Self::Rounded => Some(DVec3::Z),
             Self::Stairs { .. } | Self::Gear => Some(DVec3::Z),
-            Self::City { .. } | Self::Folds { .. } => Some(DVec3::Y),
-            Self::Cone | Self::Torus => None,
+            Self::Boxgrid { .. } | Self::Wall { .. } => Some(DVec3::X),
+            Self::City { .. } | Self::Folds { .. } | Self::Terrain | Self::Fading => Some(DVec3::Y),
+            Self::Cone | Self::Torus | Self::Sphere | Self::Boss | Self::Loft => None,
         }
     }
 
     /// Whether a CAD program would have made it: not where nothing but free-form surfaces is.
     fn has_cad(self) -> bool {
-        true
+        !matches!(self, Self::Loft | Self::Terrain | Self::Fading)
     }
 
     /// The word, and the number that may follow it with its value here.
@@ -158,6 +196,13 @@ impl ShapeName {
             Self::Torus => ("torus", None),
             Self::Stairs { step } => ("stairs", Some(step)),
             Self::Gear => ("gear", None),
+            Self::Sphere => ("sphere", None),
+            Self::Boxgrid { gap } => ("boxgrid", Some(gap)),
+            Self::Wall { thickness } => ("wall", Some(thickness)),
+            Self::Boss => ("boss", None),
+            Self::Loft => ("loft", None),
+            Self::Terrain => ("terrain", None),
+            Self::Fading => ("fading", None),
         }
     }
 
@@ -171,6 +216,12 @@ impl ShapeName {
             Self::Stairs { .. } => {
                 Some(Number { usual: 3.0, range: (1.0, 15.0), whole: false, says: "edges a step" })
             }
+            Self::Boxgrid { .. } => {
+                Some(Number { usual: 3.0, range: (1.0, 20.0), whole: false, says: "edges between" })
+            }
+            Self::Wall { .. } => {
+                Some(Number { usual: 2.0, range: (0.5, 20.0), whole: false, says: "edges of thickness" })
+            }
             _ => None,
         }
     }
@@ -181,6 +232,8 @@ impl ShapeName {
             Self::City { .. } => Self::City { houses: number as u32 },
             Self::Folds { .. } => Self::Folds { angle_deg: number },
             Self::Stairs { .. } => Self::Stairs { step: number },
+            Self::Boxgrid { .. } => Self::Boxgrid { gap: number },
+            Self::Wall { .. } => Self::Wall { thickness: number },
             other => other,
         }
     }
