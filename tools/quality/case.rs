@@ -1,6 +1,7 @@
 //! One mesh with known lines. In: a recipe or a real pair; out: the mesh file, the mesh, its truth and h.
 
 use super::generator::ShapeName;
+use super::generator::noise::NoiseKind;
 use super::generator::ply::{self, Scalar};
 use super::generator::style::Style;
 use super::mesh::Mesh;
@@ -39,7 +40,9 @@ pub struct Recipe {
     pub shape: ShapeName,
     /// What its triangles look like.
     pub style: Style,
-    /// Noise in mean edge lengths.
+    /// Kind of noise.
+    pub kind: NoiseKind,
+    /// Amplitude of the noise in mean edge lengths.
     pub amount: f64,
     /// Seed of the mesh and of the noise.
     pub seed: u64,
@@ -64,7 +67,10 @@ impl Case {
         Case {
             set: set.to_owned(),
             mesh: format!("{} {}", recipe.shape, recipe.style).replace("--", "").trim().to_owned(),
-            noise: recipe.amount.to_string(),
+            noise: match recipe.kind {
+                NoiseKind::Normal => recipe.amount.to_string(),
+                kind => format!("{kind} {}", recipe.amount),
+            },
             seed: Some(recipe.seed),
             source: Source::Shape(recipe),
         }
@@ -123,7 +129,7 @@ impl Case {
             }
         };
         let mut shape = recipe.shape.build_in(&recipe.style, recipe.seed)?;
-        shape.add_noise(recipe.amount, recipe.seed);
+        shape.add_noise_of(recipe.kind, recipe.amount, recipe.seed)?;
         write(&path, |out| ply::write_mesh(out, &shape, Scalar::Double))?;
         let truth = Truth::with_corners(Lines::of_polylines(&shape.lines), &shape.corners);
         Problem::new(path, Mesh { positions: shape.vertices, faces: shape.faces }, truth)

@@ -1,6 +1,7 @@
 //! What is measured on: sets of cases, and the seeds they are made with. In: names of sets; out: cases.
 
 use super::case::{Case, Recipe};
+use super::generator::noise::NoiseKind;
 use super::generator::style::Style;
 use super::pairs::PAIRS;
 use anyhow::{Context, Result, bail};
@@ -21,6 +22,10 @@ pub enum Set {
     Reference,
     /// Features 2 to 5 edges apart.
     Dense,
+    /// Creases that are weak, fade, or lie beside curved faces, and a sphere without any.
+    Weak,
+    /// Other kinds of noise: isotropic, impulses, scan stripes, rounded heights.
+    Noise,
     /// Other triangles: stretched, graded, as CAD programs write them, finer.
     Variants,
     /// Real meshes, clean and noisy; `CREASE_DATA` names their folder.
@@ -36,7 +41,23 @@ const REFERENCE: [&str; 11] = [
 ];
 
 /// Shapes of the dense set.
-const DENSE: [&str; 4] = ["stairs2", "stairs3", "stairs5", "gear"];
+const DENSE: [&str; 9] =
+    ["stairs2", "stairs3", "stairs5", "gear", "boxgrid2", "boxgrid3", "boxgrid5", "wall2", "wall3"];
+
+/// Shapes of the weak set.
+const WEAK: [&str; 5] = ["terrain", "fading", "loft", "boss", "sphere"];
+
+/// Shapes that are measured with every kind of noise: flat and curved faces, strong and weak folds, nothing at all.
+const NOISY: [&str; 5] = ["bracket", "cylinder", "city4", "folds20", "torus"];
+
+/// Kinds of noise other than that of all other sets. Impulses hit one vertex in ten and may be large; rounding and stripes
+/// are not averaged out by neighbours and need not be.
+const KINDS: [(NoiseKind, [f64; 3]); 4] = [
+    (NoiseKind::Isotropic, [0.1, 0.3, 0.5]),
+    (NoiseKind::Impulse, [0.3, 0.6, 1.0]),
+    (NoiseKind::Stripes, [0.1, 0.2, 0.3]),
+    (NoiseKind::Quantised, [0.1, 0.2, 0.3]),
+];
 
 /// Shapes that come in every style: flat and curved faces, straight and round edges, strong and weak folds.
 const STYLED: [&str; 4] = ["bracket", "cylinder", "city4", "folds20"];
@@ -63,6 +84,8 @@ impl Set {
         match self {
             Set::Reference => "reference",
             Set::Dense => "dense",
+            Set::Weak => "weak",
+            Set::Noise => "noise",
             Set::Variants => "variants",
             Set::Pairs => "pairs",
             Set::All => "all",
@@ -77,11 +100,11 @@ impl Set {
         let usual = amounts.unwrap_or(&AMOUNTS);
         let mut cases = Vec::new();
         for set in self.members() {
-            let mut add = |shapes: &[&str], style: Style, amounts: &[f64]| -> Result<()> {
+            let mut add = |shapes: &[&str], style, kind, amounts: &[f64]| -> Result<()> {
                 for shape in shapes {
                     for &amount in amounts {
                         for &seed in seeds {
-                            let recipe = Recipe { shape: shape.parse()?, style, amount, seed };
+                            let recipe = Recipe { shape: shape.parse()?, style, kind, amount, seed };
                             cases.push(Case::of_recipe(set.name(), recipe));
                         }
                     }
@@ -89,11 +112,17 @@ impl Set {
                 Ok(())
             };
             match set {
-                Set::Reference => add(&REFERENCE, Style::PLAIN, usual)?,
-                Set::Dense => add(&DENSE, Style::PLAIN, usual)?,
+                Set::Reference => add(&REFERENCE, Style::PLAIN, NoiseKind::Normal, usual)?,
+                Set::Dense => add(&DENSE, Style::PLAIN, NoiseKind::Normal, usual)?,
+                Set::Weak => add(&WEAK, Style::PLAIN, NoiseKind::Normal, usual)?,
+                Set::Noise => {
+                    for (kind, own) in KINDS {
+                        add(&NOISY, Style::PLAIN, kind, amounts.unwrap_or(&own))?;
+                    }
+                }
                 Set::Variants => {
                     for (style, own) in STYLES {
-                        add(&STYLED, style, amounts.unwrap_or(own))?;
+                        add(&STYLED, style, NoiseKind::Normal, amounts.unwrap_or(own))?;
                     }
                 }
                 Set::Pairs => {
