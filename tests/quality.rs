@@ -1,35 +1,16 @@
 //! The lines that the program finds on generated shapes must not become worse. Runs the program as `tools/quality` does and
 //! scores with its metric; the tests of that metric, of the baselines and of what they are built from run here too.
 
-#[path = "../tools/quality/baselines/mod.rs"]
+#[path = "../tools/quality/mod.rs"]
 #[allow(dead_code, reason = "the benchmark uses more of it")]
-mod baselines;
-#[path = "../tools/gen/mod.rs"]
-#[allow(dead_code, reason = "the generator also writes fixtures")]
-mod generator;
-#[path = "../tools/quality/lines_file.rs"]
-mod lines_file;
-#[path = "../tools/quality/mesh.rs"]
-#[allow(dead_code, reason = "the benchmark uses more of it")]
-mod mesh;
-#[path = "../tools/quality/metric/mod.rs"]
-#[allow(dead_code, reason = "the benchmark uses more of it")]
-mod metric;
-#[path = "../tools/quality/pairs.rs"]
-#[allow(dead_code, reason = "the benchmark uses more of it")]
-mod pairs;
-#[path = "../tools/quality/program.rs"]
-#[allow(dead_code, reason = "the benchmark uses more of it")]
-mod program;
-#[path = "../tools/quality/report.rs"]
-#[allow(dead_code, reason = "the benchmark uses more of it")]
-mod report;
+mod quality;
 
-use generator::ShapeName;
-use generator::ply::{Scalar, mesh_bytes};
-use mesh::Mesh;
-use metric::{Lines, Score, Truth, score};
-use program::{Answer, Program};
+use quality::generator::ShapeName;
+use quality::generator::ply::{Scalar, mesh_bytes};
+use quality::lines_file;
+use quality::mesh::Mesh;
+use quality::metric::{Lines, Score, Truth, score};
+use quality::program::{Answer, Program};
 use std::path::Path;
 
 /// Runs the program on a shape with a seed that nothing was tuned on.

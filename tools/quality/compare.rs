@@ -114,3 +114,35 @@ fn row(text: &mut String, labels: &[String], changes: &[Change], names: &[&str])
     }
     text.push('\n');
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::quality::results::tests::{record, results};
+
+    #[test]
+    fn only_what_changed_is_listed_and_all_is_averaged() {
+        let before = results(vec![
+            record("a", "0", 1, "robust", 10.0),
+            record("a", "0", 2, "robust", 10.0),
+            record("a", "0.1", 1, "robust", 20.0),
+            record("a", "0.2", 1, "robust", 20.0),
+        ]);
+        let after = results(vec![
+            record("a", "0", 1, "robust", 20.0),
+            record("a", "0", 2, "robust", 10.0),
+            record("a", "0.1", 1, "robust", 20.0),
+            record("b", "0.2", 1, "robust", 20.0),
+        ]);
+        let text = differences(&before, &after);
+        let (cases, means) = text.split_once("\n\n").unwrap();
+        // Recall of a half, and 1h more, becomes 1 for one of two seeds.
+        assert_eq!(cases.lines().count(), 1, "{text}");
+        assert!(cases.starts_with("a  line  0  robust") && cases.contains("R1 0.505+0.247=0.753"), "{text}");
+        assert_eq!(means.lines().filter(|line| line.starts_with("a  0")).count(), 2, "{text}");
+        assert!(
+            text.ends_with("3 compared, 1 only in the first, 1 only in the second (or refused)\n"),
+            "{text}"
+        );
+    }
+}

@@ -2,39 +2,20 @@
 //!
 //! `docs/QUALITY.md` says what is measured and what came out.
 
-#[path = "../gen/mod.rs"]
-#[allow(dead_code, reason = "the generator also writes fixtures")]
-mod generator;
-
-mod arguments;
-mod baselines;
-mod case;
-mod compare;
-mod groups;
-mod lines_file;
-mod markdown;
-mod mesh;
-mod methods;
-mod metric;
-mod pairs;
-mod program;
-mod report;
-mod results;
-mod run;
-mod sets;
-mod sheet;
-mod tables;
+#[path = "mod.rs"]
+mod quality;
 
 use anyhow::{Context, Result, ensure};
-use arguments::{Arguments, Command, ProgramArguments, ReportArguments, RunArguments};
-use case::{Case, Problem};
 use clap::Parser;
-use methods::{METHODS, Method};
-use metric::Truth;
-use program::Program;
-use results::Results;
-use run::Bench;
-use sets::{REPORT_SEEDS, Set};
+use quality::arguments::{Arguments, Command, ProgramArguments, ReportArguments, RunArguments};
+use quality::case::{Case, Problem};
+use quality::methods::{METHODS, Method};
+use quality::metric::Truth;
+use quality::program::Program;
+use quality::results::Results;
+use quality::run::Bench;
+use quality::sets::{REPORT_SEEDS, Set};
+use quality::{compare, lines_file, markdown, mesh, methods, metric, report, sets, sheet, tables};
 use std::fs;
 use std::path::{Path, PathBuf};
 

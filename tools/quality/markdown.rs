@@ -79,3 +79,36 @@ fn row(text: &mut String, cells: impl Iterator<Item = String>) {
     // Writing to a string cannot fail.
     let _ = writeln!(text, "| {} |", cells.join(" | "));
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::quality::results::Outcome;
+    use crate::quality::results::tests::{record, results};
+
+    #[test]
+    fn methods_are_rows_and_noises_are_columns() {
+        let mut refused = record("a", "0", 1, "paper", 1.0);
+        refused.outcome = Outcome::Refused("unexpected argument".to_owned());
+        let text = tables(&results(vec![
+            record("a", "0", 1, "robust", 20.0),
+            record("a", "0", 2, "robust", 0.0),
+            refused,
+            record("a", "0", 1, "dihedral*", 20.0),
+            record("a", "0.1", 1, "robust", 20.0),
+        ]));
+        for line in [
+            "| method | 0 | 0.1 |",
+            "| robust | 0.500 | 1.000 |",
+            "| paper | unsupported |  |",
+            "| dihedral* | 1.000 |  |",
+            "| line | 0.500 | 1.000 |",
+            "`paper` is unsupported: `unexpected argument`.",
+        ] {
+            assert!(text.lines().any(|other| other == line), "{line} is missing in\n{text}");
+        }
+        // Neither a baseline nor what was refused has lines to be measured.
+        assert_eq!(text.lines().filter(|line| line.starts_with("| robust | 0")).count(), 3, "{text}");
+        assert!(!text.contains("| dihedral* | 0 |") && !text.contains("| paper | 0 |"), "{text}");
+    }
+}

@@ -1,7 +1,7 @@
 //! Real meshes with a clean and a noisy version of the same connectivity. In: two files; out: the truth for both.
 //!
-//! The true lines are the edges whose faces meet at 15 degrees or more on the clean mesh, at the positions they have on the
-//! mesh that is judged: a vertex that noise has moved along the surface takes its line with it.
+//! The true lines are the edges whose faces meet at 15 degrees or more on the clean mesh, at the positions they have
+//! on the mesh that is judged: a vertex that noise has moved along the surface takes its line with it.
 
 use super::mesh::{Mesh, fold_angle_deg};
 use super::metric::{Lines, Truth};

@@ -114,3 +114,50 @@ pub fn distinct<T, K: PartialEq>(items: impl IntoIterator<Item = T>, key: impl F
     }
     found
 }
+
+#[cfg(test)]
+pub mod tests {
+    use super::*;
+    use crate::quality::metric::{Lines, Truth, score};
+    use glam::DVec3;
+
+    /// A record of a line of 20 of which `found` were found.
+    pub fn record(set: &str, noise: &str, seed: u64, method: &str, found: f64) -> Record {
+        let line = |length: f64| vec![vec![DVec3::ZERO, DVec3::X * length]];
+        let lines = if found > 0.0 { Lines::of_polylines(&line(found)) } else { Lines::default() };
+        let score = score(&lines, &Truth::of_lines(Lines::of_polylines(&line(20.0))), 0.1);
+        Record {
+            set: set.to_owned(),
+            mesh: "line".to_owned(),
+            noise: noise.to_owned(),
+            seed: Some(seed),
+            vertices: 3,
+            faces: 1,
+            median_side: 0.1,
+            method: method.to_owned(),
+            chosen: None,
+            outcome: Outcome::Scored(score),
+        }
+    }
+
+    /// Results of no program in particular.
+    pub fn results(records: Vec<Record>) -> Results {
+        Results { program: "crease 0".to_owned(), extra: Vec::new(), records }
+    }
+
+    #[test]
+    fn what_was_written_can_be_read() {
+        let mut refused = record("a", "0", 1, "paper", 1.0);
+        refused.outcome = Outcome::Refused("no \"paper\"".to_owned());
+        let mut chosen = record("b", "0.1", 2, "robust", 19.123_456_789_012_3);
+        chosen.chosen = Some("threshold 12".to_owned());
+        let all = results(vec![record("a", "0", 1, "robust", 0.0), refused, chosen]);
+        let place = tempfile::tempdir().unwrap();
+        let path = place.path().join("results.json");
+        all.write(&path).unwrap();
+        assert_eq!(Results::read(&path).unwrap(), all);
+        assert_eq!(all.by_set().iter().map(|set| set.records.len()).collect::<Vec<_>>(), [2, 1]);
+        std::fs::write(&path, "{}").unwrap();
+        assert!(format!("{:#}", Results::read(&path).unwrap_err()).contains("not a file of results"));
+    }
+}

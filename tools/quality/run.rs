@@ -29,6 +29,9 @@ pub struct Bench<'a> {
     pub keep: Option<&'a Path>,
 }
 
+/// Where a thread puts what came of a case.
+type Slot = Mutex<Option<Result<Vec<Record>>>>;
+
 impl Bench<'_> {
     /// Works on all cases; `progress` hears of each that is done.
     ///
@@ -36,8 +39,7 @@ impl Bench<'_> {
     /// The first error in the order of the cases.
     pub fn run(&self, cases: &[Case], progress: &(dyn Fn(usize, &Case) + Sync)) -> Result<Results> {
         let (next, done) = (AtomicUsize::new(0), AtomicUsize::new(0));
-        let queue: Vec<(&Case, Mutex<Option<Result<Vec<Record>>>>)> =
-            cases.iter().map(|case| (case, Mutex::new(None))).collect();
+        let queue: Vec<(&Case, Slot)> = cases.iter().map(|case| (case, Mutex::new(None))).collect();
         std::thread::scope(|scope| {
             for _ in 0..self.jobs.clamp(1, cases.len().max(1)) {
                 scope.spawn(|| {

@@ -50,8 +50,8 @@ const WEAK: [&str; 5] = ["terrain", "fading", "loft", "boss", "sphere"];
 /// Shapes that are measured with every kind of noise: flat and curved faces, strong and weak folds, nothing at all.
 const NOISY: [&str; 5] = ["bracket", "cylinder", "city4", "folds20", "torus"];
 
-/// Kinds of noise other than that of all other sets. Impulses hit one vertex in ten and may be large; rounding and stripes
-/// are not averaged out by neighbours and need not be.
+/// Kinds of noise other than that of all other sets. Impulses hit one vertex in ten and may be large; rounding and
+/// stripes are not averaged out by neighbours and need not be.
 const KINDS: [(NoiseKind, [f64; 3]); 4] = [
     (NoiseKind::Isotropic, [0.1, 0.3, 0.5]),
     (NoiseKind::Impulse, [0.3, 0.6, 1.0]),
@@ -62,8 +62,8 @@ const KINDS: [(NoiseKind, [f64; 3]); 4] = [
 /// Shapes that come in every style: flat and curved faces, straight and round edges, strong and weak folds.
 const STYLED: [&str; 4] = ["bracket", "cylinder", "city4", "folds20"];
 
-/// Styles of triangles with the amounts of noise they are measured at. Noise is in mean edge lengths: on the slivers of a
-/// CAD file that is no unit for anything, so there is none.
+/// Styles of triangles with the amounts of noise they are measured at. Noise is in mean edge lengths: on the slivers
+/// of a CAD file that is no unit for anything, so there is none.
 const STYLES: [(Style, &[f64]); 5] = [
     (Style { stretch: 5.0, ..Style::PLAIN }, &[0.0, 0.1, 0.2]),
     (Style { density: 10.0, ..Style::PLAIN }, &[0.0, 0.1, 0.2]),
@@ -162,4 +162,30 @@ pub fn parse_amounts(text: &str) -> Result<Vec<f64>> {
         _ => bail!("{word} is no amount of noise"),
     };
     text.split(',').map(amount).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeSet;
+
+    #[test]
+    fn what_is_reported_is_not_what_is_tuned_on() {
+        assert!(TUNING_SEEDS.iter().all(|seed| !REPORT_SEEDS.contains(seed)));
+        assert_eq!(parse_seeds("report").unwrap(), REPORT_SEEDS);
+        assert_eq!(parse_seeds("7, 8").unwrap(), [7, 8]);
+        assert!(
+            parse_seeds("some").is_err() && parse_amounts("-1").is_err() && parse_amounts("nan").is_err()
+        );
+    }
+
+    #[test]
+    fn cases_have_names_of_their_own() {
+        let cases = Set::All.cases(&REPORT_SEEDS, None).unwrap();
+        let stems: BTreeSet<String> = cases.iter().map(Case::stem).collect();
+        assert_eq!(stems.len(), cases.len());
+        for set in Set::All.members() {
+            assert!(cases.iter().any(|case| case.set == set.name()), "{set:?} is empty");
+        }
+    }
 }

@@ -1,8 +1,8 @@
 //! What simpler methods find on the same mesh. In: a mesh with its truth; out: lines, each a loose edge.
 //!
-//! All but the first choose their parameters by looking at the truth, for each mesh anew: no user can do that, so they are
-//! bounds of what such a method could reach, not competitors. Edges are drawn where they are in the mesh, also if their
-//! angles were measured after smoothing.
+//! All but the first choose their parameters by looking at the truth, for each mesh anew: no user can do that, so
+//! they are bounds of what such a method could reach, not competitors. Edges are drawn where they are in the mesh,
+//! also if their angles were measured after smoothing.
 
 mod bilateral;
 mod sweep;

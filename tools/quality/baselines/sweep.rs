@@ -1,9 +1,9 @@
-//! The threshold that suits the truth best. In: angles at the edges of a mesh; out: the threshold with the highest F1 at 1h,
-//! over all thresholds there are.
+//! The threshold that suits the truth best. In: angles at the edges of a mesh; out: the threshold with the highest F1
+//! at 1h, over all thresholds there are.
 //!
-//! Positions do not change from one set of angles to the next. So what each edge adds to precision, and which edges are
-//! near each sample of the truth, is found once; each threshold then follows from the one above it by sorting. The F1 is
-//! exactly that of `metric::score` for the same edges.
+//! Positions do not change from one set of angles to the next. So what each edge adds to precision, and which edges
+//! are near each sample of the truth, is found once; each threshold then follows from the one above it by sorting.
+//! The F1 is exactly that of `metric::score` for the same edges.
 
 use super::super::mesh::{Hinge, Mesh};
 use super::super::metric::{Lines, Match, STEP, Samples, TOLERANCES, Truth, compare};

@@ -1,7 +1,8 @@
 //! Taubin smoothing. In: a mesh; out: positions after a number of iterations.
 //!
-//! Taubin, "A signal processing approach to fair surface design", SIGGRAPH 1995: each iteration is a step of the Laplacian
-//! forth and a slightly longer one back, so that the surface does not shrink. All neighbours weigh the same.
+//! Taubin, "A signal processing approach to fair surface design", SIGGRAPH 1995: each iteration is a step of the
+//! Laplacian forth and a slightly longer one back, so that the surface does not shrink. All neighbours weigh the
+//! same.
 
 use super::super::mesh::Mesh;
 use glam::DVec3;

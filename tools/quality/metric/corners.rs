@@ -4,8 +4,9 @@ use glam::DVec3;
 use rstar::RTree;
 use rstar::primitives::GeomWithData;
 
-/// Number of pairs within `reach`. The closest pair is made first, then the closest of the corners that are left; of equal
-/// pairs the one with the lower indices. Not the largest possible number, but no pair is made that a closer one forbids.
+/// Number of pairs within `reach`. The closest pair is made first, then the closest of the corners that are left; of
+/// equal pairs the one with the lower indices. Not the largest possible number, but no pair is made that a closer one
+/// forbids.
 pub fn matched(found: &[DVec3], truth: &[DVec3], reach: f64) -> usize {
     let place = |(i, point): (usize, &DVec3)| GeomWithData::new(point.to_array(), i);
     let tree = RTree::bulk_load(found.iter().enumerate().map(place).collect());

@@ -21,8 +21,8 @@ use serde::{Deserialize, Serialize};
 
 /// Distance between samples, in h: small against the tolerances.
 pub const STEP: f64 = 0.2;
-/// The tolerances at which lines are compared, in h: a line that runs one edge beside the true one is good, two edges is
-/// the same line found badly.
+/// The tolerances at which lines are compared, in h: a line that runs one edge beside the true one is good, two edges
+/// is the same line found badly.
 pub const TOLERANCES: [f64; 2] = [1.0, 2.0];
 /// Beyond this distance from all true lines a line is false, in h; the larger of the tolerances.
 pub const FALSE_BEYOND: f64 = TOLERANCES[1];
@@ -85,7 +85,8 @@ impl Score {
         self.found_corners - self.matched_corners
     }
 
-    /// Share of the found corners that are true ones; `None` if none was found, or none is there: then false ones count.
+    /// Share of the found corners that are true ones; `None` if none was found, or none is there: then false ones
+    /// count.
     pub fn corner_precision(&self) -> Option<f64> {
         (self.found_corners > 0 && self.true_corners > 0)
             .then(|| self.matched_corners as f64 / self.found_corners as f64)
@@ -178,7 +179,8 @@ fn shares_beyond(
     shares
 }
 
-/// What the exact distances to the true segments tell; between samples of both, a distance below the step means nothing.
+/// What the exact distances to the true segments tell; between samples of both, a distance below the step means
+/// nothing.
 struct Nearness {
     /// In mesh units.
     rms: Option<f64>,

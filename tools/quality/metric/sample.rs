@@ -1,5 +1,5 @@
-//! Lines as points that each stand for a length. In: lines and a step; out: samples in the middle of equal pieces, as in
-//! `tools/reference/metric.py`.
+//! Lines as points that each stand for a length. In: lines and a step; out: samples in the middle of equal pieces, as
+//! in `tools/reference/metric.py`.
 
 use super::lines::Lines;
 use glam::DVec3;

@@ -38,7 +38,8 @@ fn precision_and_recall_are_shares_of_length() {
     // Half of the true line is found; the found line goes on into nowhere for as long again.
     let found = Lines::of_polylines(&[along(10.0, 30.0, 0.0)]);
     let score = score(&found, &truth(&[along(0.0, 20.0, 0.0)]), 1.0);
-    // Nearest samples are those at 19.9 and 10.1: 20.9 is the last at distance 1 of the found ones, 9.1 of the true ones.
+    // Nearest samples are those at 19.9 and 10.1: 20.9 is the last at distance 1 of the found ones, 9.1 of the true
+    // ones.
     assert!(close(score.at_1h.precision, 11.0 / 20.0), "{score:?}");
     assert!(close(score.at_1h.recall, 11.0 / 20.0), "{score:?}");
     assert!(close(score.at_2h.precision, 12.0 / 20.0), "{score:?}");

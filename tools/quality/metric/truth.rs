@@ -5,8 +5,8 @@ use super::lines::{Lines, place};
 use glam::DVec3;
 use std::collections::BTreeMap;
 
-/// Where a line turns by more than this between two segments, it has a corner, degrees. Only for lines that come without
-/// a list of their corners.
+/// Where a line turns by more than this between two segments, it has a corner, degrees. Only for lines that come
+/// without a list of their corners.
 const CORNER_TURN_DEG: f64 = 45.0;
 
 /// True feature lines.
