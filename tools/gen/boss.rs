@@ -25,8 +25,8 @@ const BOSS: DVec2 = DVec2::new(16.0, 18.0);
 const RADIUS: f64 = 8.0;
 /// How much the boss is higher than the plate.
 const HEIGHT: f64 = 14.0;
-/// Radius of the fillet between plate and boss.
-const FILLET: f64 = 3.0;
+/// Radius of the fillet between plate and boss: it turns by some 11 degrees from one edge to the next, no feature.
+const FILLET: f64 = 5.0;
 
 /// The part. Lines are the edges of the plate, of the hole, and of the top of the boss; the fillet has none.
 pub fn boss(sizing: Sizing, seed: u64) -> Result<Shape> {

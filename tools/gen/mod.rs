@@ -1,8 +1,9 @@
 //! Seeded meshes whose feature lines are known.
 //!
-//! In go the name of a shape and a seed, out come a triangle mesh and the polylines along its true feature lines,
-//! and the committed files under `fixtures/`. The same seed gives the same bytes on every platform: all
-//! transcendental functions come from the `libm` crate and nothing is ordered by a hash.
+//! In go the name of a shape, a style of triangles, a kind of noise and a seed; out come a triangle mesh, the polylines
+//! along its true feature lines and their corners, and the committed files under `fixtures/`. The same seed gives the
+//! same bytes on every platform: all transcendental functions come from the `libm` crate and nothing is ordered by a
+//! hash.
 //!
 //! This is the reusable part of the example `gen`; tests include it by path.
 

@@ -28,8 +28,8 @@ pub enum NoiseKind {
     /// Along the normal, of one vertex in ten; the others stay.
     Impulse,
     /// As overlapping scan stripes leave it. Stripes run along y. Each is shifted in all coordinates and tilted about
-    /// its middle, by one amplitude at its edges; a vertex where two overlap belongs to one of them by chance. White noise
-    /// of 0.3 amplitudes along the normal comes on top.
+    /// its middle, by one amplitude at its edges; a vertex where two overlap belongs to one of them by chance. White
+    /// noise of 0.3 amplitudes along the normal comes on top.
     Stripes,
     /// Heights are rounded to multiples of the amplitude: the staircase of a raster. Needs no seed.
     Quantised,

@@ -1,8 +1,8 @@
 //! Height fields with breaklines. In: a smooth ground, and banks along straight or round paths, each with a cross
 //! section and a height that may fade; out: an open sheet.
 //!
-//! The breaklines of a bank run along its path at the offsets where its section bends. They are edges of the mesh as far
-//! as the bank goes. They are true lines as far as the surface bends there by at least [`SMALLEST_TRUE_ANGLE_DEG`]; a
+//! The breaklines of a bank run along its path at the offsets where its section bends. They are edges of the mesh as
+//! far as the bank goes. They are true lines as far as the surface bends there by at least [`SMALLEST_TRUE_ANGLE_DEG`]; a
 //! true line ends at the last vertex where it does.
 
 use super::border::ring;

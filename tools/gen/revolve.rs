@@ -38,7 +38,27 @@ pub struct OnCircle {
 /// Cuts a circle evenly. The last point is the first one once more.
 pub fn circle(axis: DVec2, radius: f64, height: f64, sizing: &Sizing) -> Vec<OnCircle> {
     let at = |along: f64| on_circle(axis, radius, height, along / radius);
-    let places = sizing.arc_places(at, TAU * radius, TAU);
+    closed_circle(sizing.arc_places(at, TAU * radius, TAU), radius, at)
+}
+
+/// The same with jitter; CAD tessellations are even.
+pub fn jittered_circle(
+    axis: DVec2,
+    radius: f64,
+    height: f64,
+    sizing: &Sizing,
+    random: &mut Random,
+) -> Vec<OnCircle> {
+    if sizing.is_cad() {
+        return circle(axis, radius, height, sizing);
+    }
+    let at = |along: f64| on_circle(axis, radius, height, along / radius);
+    let round = TAU * radius;
+    let parts = sizing.places(|part| at(part * round), Some(random));
+    closed_circle(parts.into_iter().map(|part| part * round).collect(), radius, at)
+}
+
+fn closed_circle(places: Vec<f64>, radius: f64, at: impl Fn(f64) -> DVec3) -> Vec<OnCircle> {
     let mut points: Vec<OnCircle> =
         places.into_iter().map(|along| OnCircle { angle: along / radius, at: at(along) }).collect();
     if let [first, .., last] = points.as_mut_slice() {

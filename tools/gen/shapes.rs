@@ -1,6 +1,7 @@
 //! The register of shapes. In: a name such as `city`, `city25`, `bracket`, `folds20`; out: the shape for a seed.
 //!
-//! A new shape needs a variant of [`ShapeName`], its row in `WORDS` and its arms below.
+//! A new shape needs a variant of [`ShapeName`], its place in `FORMS` and `ALL`, its arms below, and what is known of it
+//! in `tests/shapes.rs`.
 
 use super::shape::Shape;
 use super::style::{Sizing, Style};
@@ -81,7 +82,8 @@ struct Number {
 impl ShapeName {
     /// How names are written, for help texts.
     pub const FORMS: &'static str = "box, hexprism, bracket, cylinder, rounded, cone, city[HOUSES], folds[DEGREES], \
-                                     torus, sphere, stairs[STEP], gear, boxgrid[GAP], wall[THICKNESS], boss, loft, terrain, fading";
+                                     torus, sphere, stairs[STEP], gear, boxgrid[GAP], wall[THICKNESS], boss, loft, \
+                                     terrain, fading";
 
     /// One of each kind: the ten of the reference and its torus first, with their sizes there.
     pub const ALL: [Self; 25] = [
@@ -155,7 +157,7 @@ impl ShapeName {
             Self::Torus => revolve::torus(sizing, seed),
             Self::Stairs { step } => solids::stairs(step, sizing, seed),
             Self::Gear => solids::gear(sizing, seed),
-            Self::Sphere => sphere::sphere(sizing),
+            Self::Sphere => sphere::sphere(sizing, seed),
             Self::Boxgrid { gap } => blocks::boxgrid(gap, sizing, seed),
             Self::Wall { thickness } => blocks::wall(thickness, sizing, seed),
             Self::Boss => boss::boss(sizing, seed),
@@ -177,7 +179,7 @@ impl ShapeName {
         }
     }
 
-    /// Whether a CAD program would have made it: not where nothing but free-form surfaces is.
+    /// Whether a CAD program would have made it. Free-form surfaces have nothing that could be left without points.
     fn has_cad(self) -> bool {
         !matches!(self, Self::Loft | Self::Terrain | Self::Fading)
     }

@@ -4,7 +4,8 @@
 
 use super::builder::Builder;
 use super::patch::{Patch, Pin};
-use super::revolve::{OnCircle, circle};
+use super::random::Random;
+use super::revolve::{OnCircle, jittered_circle};
 use super::shape::Shape;
 use super::style::Sizing;
 use anyhow::Result;
@@ -14,9 +15,10 @@ use std::f64::consts::FRAC_PI_2;
 /// Radius.
 const RADIUS: f64 = 20.0;
 
-/// The sphere. Nothing in it is random but what the refinement makes of the pieces of the equator.
-pub fn sphere(sizing: Sizing) -> Result<Shape> {
-    let equator = circle(DVec2::ZERO, RADIUS, 0.0, &sizing);
+/// The sphere.
+pub fn sphere(sizing: Sizing, seed: u64) -> Result<Shape> {
+    let mut random = Random::new(seed, "sphere");
+    let equator = jittered_circle(DVec2::ZERO, RADIUS, 0.0, &sizing, &mut random);
     let mut builder = Builder::new(sizing);
     for north in [true, false] {
         let lift = |uv| on_sphere(uv, north);

@@ -1,8 +1,8 @@
 //! How fine and how even a mesh is. In: what is asked for ([`Style`]); out: lengths of pieces and sizes of triangles
 //! ([`Sizing`]).
 //!
-//! The geometry of a shape does not depend on the style, only its triangles do. (Except for the sizes of the houses of a
-//! city, which are drawn from the same stream of random numbers as the cuts.)
+//! The geometry of a shape does not depend on the style, only its triangles do. (Except for the sizes of the houses of
+//! a city, which are drawn from the same stream of random numbers as the cuts.)
 //! *Stretched* triangles come from meshing a squeezed space: all lengths that decide where points go are measured after
 //! one axis was divided by the factor, so that round triangles there are long ones in the real space.
 
