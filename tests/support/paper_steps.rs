@@ -7,7 +7,7 @@ use crease::mesh::{Field, TileMesh};
 use crease::partition::{
     Cell, Demand, Gap, Loaded, PaperReach, Pass, Plan, Region, half_cube, load, merge, paper_demand,
 };
-use crease::refine::{Extremes, Link, Linker, OmegaRange, Supporters, ridges};
+use crease::refine::{Extremes, Link, Linker, OmegaRange, Salience, Supporters, ridges};
 use crease::voting::{FaceGeometry, Stop, Vote, Voters, paper_stops, paper_votes};
 use crease::{Method, Params};
 
@@ -64,43 +64,42 @@ fn thresholds(params: &Params) -> &PaperThresholds {
     }
 }
 
-/// What each pass over the tiles takes from one.
-impl PaperTile {
-    pub fn omega_range(&self, plan: &Plan, params: &Params) -> OmegaRange {
-        OmegaRange::over(&self.votes(plan, params), thresholds(params), &self.demand.owned)
-    }
+/// What each step found, as far as the pass asks for it.
+pub struct PaperSteps {
+    pub votes: Field<Vote>,
+    pub stops: Field<Stop>,
+    pub salience: Field<Salience>,
+    pub ridge: Field<bool>,
+    /// Paths from the ridge vertices that the tile owns; none unless it was loaded for links.
+    pub links: Vec<Link>,
+}
 
-    pub fn largest_salience(&self, plan: &Plan, params: &Params, range: OmegaRange) -> f64 {
-        let (votes, owned) = (self.votes(plan, params), &self.demand.owned);
-        let stops = paper_stops(&self.mesh, &votes, thresholds(params), &self.demand.traced);
-        self.supporters(plan, params, &votes, &stops, range).salience(owned).max_over(owned, |s| s.enhanced)
-    }
-
-    /// Paths from the ridge vertices that the tile owns.
-    pub fn links(&self, plan: &Plan, params: &Params, extremes: &Extremes) -> Vec<Link> {
-        let PaperTile { mesh, demand, .. } = self;
-        let (votes, at) = (self.votes(plan, params), demand.thinned.all());
-        let stops = paper_stops(mesh, &votes, thresholds(params), &demand.traced);
-        let supporters = self.supporters(plan, params, &votes, &stops, extremes.omega);
+impl PaperSteps {
+    /// The steps at all vertices that the demand of the pass names.
+    pub fn compute(tile: &PaperTile, plan: &Plan, params: &Params, extremes: &Extremes) -> PaperSteps {
+        let PaperTile { mesh, demand, .. } = tile;
+        let (votes, at) = (tile.votes(plan, params), demand.thinned.all());
+        let thresholds = thresholds(params);
+        let stops = paper_stops(mesh, &votes, thresholds, &demand.traced);
+        let (range, scale) = (extremes.omega, &plan.scale);
+        let supporters = Supporters { mesh, votes: &votes, stops: &stops, thresholds, range, scale };
         let salience = supporters.salience(at);
         let support = supporters.support(&salience, extremes.salience, at);
         let r = Field::compute(mesh.vertex_count(), at, |v| salience.get(v).plain);
-        let ridge = ridges(mesh, &plan.scale, &votes, &r, &support, &stops, &demand.linked);
+        let ridge = ridges(mesh, scale, &votes, &r, &support, &stops, &demand.linked);
         let linker = Linker { mesh, votes: &votes, r: &r, support: &support, stops: &stops, ridge: &ridge };
         let mut links = Vec::new();
-        demand.owned.iter().for_each(|&v| linker.links_from(v, &mut links));
-        links
+        if !demand.linked.is_empty() {
+            demand.owned.iter().for_each(|&v| linker.links_from(v, &mut links));
+        }
+        PaperSteps { votes, stops, salience, ridge, links }
     }
+}
 
-    fn supporters<'a>(
-        &'a self,
-        plan: &'a Plan,
-        params: &'a Params,
-        votes: &'a Field<Vote>,
-        stops: &'a Field<Stop>,
-        range: OmegaRange,
-    ) -> Supporters<'a> {
-        let thresholds = thresholds(params);
-        Supporters { mesh: &self.mesh, votes, stops, thresholds, range, scale: &plan.scale }
-    }
+/// The extremes of a mesh that was loaded as one tile.
+pub fn extremes(whole: &PaperTile, plan: &Plan, params: &Params) -> Extremes {
+    let owned = &whole.demand.owned;
+    let omega = OmegaRange::over(&whole.votes(plan, params), thresholds(params), owned);
+    let steps = PaperSteps::compute(whole, plan, params, &Extremes { omega, salience: 1.0 });
+    Extremes { omega, salience: steps.salience.max_over(owned, |s| s.enhanced) }
 }
