@@ -33,7 +33,7 @@ impl Cli {
         match &cli.command {
             Command::Detect(args) => args.method.check(args.sigma.sigma(), args.min_angle)?,
             Command::Info(args) if args.sigma.sigma().is_zero() => {
-                return Err(refusal("there is nothing to plan with a sigma of 0"));
+                return Err(refusal("a sigma of 0 needs detect --method paper"));
             }
             Command::Info(_) | Command::Diff(_) => {}
         }

@@ -178,3 +178,42 @@ impl Default for Limits {
 /// to four are in flight: some 3 GB. Smaller tiles spend more on their halos: an ordinary scan needs about 60 edges on
 /// every side, a quarter more faces at this size and as many again at a tenth of it.
 pub const DEFAULT_TILE_FACES: u64 = 2_000_000;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn paper(thresholds: PaperThresholds, sigma: Sigma) -> Params {
+        Params { method: Method::Paper(thresholds), sigma, ..Params::default() }
+    }
+
+    #[test]
+    fn a_sigma_of_zero_is_for_the_paper_method() {
+        let robust = Params { sigma: Sigma::Edges(0.0), ..Params::default() };
+        assert!(matches!(robust.scale(2.0), Err(ParamError::Sigma { edges: 0.0, .. })));
+        for sigma in [Sigma::Edges(0.0), Sigma::Length(0.0)] {
+            assert_eq!(paper(PaperThresholds::default(), sigma).scale(2.0), Ok(1.0));
+        }
+        assert_eq!(paper(PaperThresholds::default(), Sigma::Length(12.0)).scale(2.0), Ok(2.0));
+        let small = paper(PaperThresholds::default(), Sigma::Length(1.0)).scale(2.0);
+        assert!(matches!(small, Err(ParamError::Sigma { .. })), "{small:?}");
+    }
+
+    #[test]
+    fn thresholds_that_divide_nothing_are_refused() {
+        let published = PaperThresholds::default();
+        let refused = |thresholds| paper(thresholds, Sigma::Edges(3.0)).scale(1.0).expect_err("refused");
+        for salience in [-0.1, 1.1, f64::NAN] {
+            assert!(matches!(refused(PaperThresholds { salience, ..published }), ParamError::Salience(_)));
+        }
+        for x in [0.0, 1.1, f64::NAN] {
+            for thresholds in
+                [PaperThresholds { edge_l2: x, ..published }, PaperThresholds { corner_l3: x, ..published }]
+            {
+                assert!(matches!(refused(thresholds), ParamError::Eigenvalue { .. }), "{thresholds:?}");
+            }
+        }
+        let floor = Params { min_angle_deg: 5.0, ..paper(published, Sigma::Edges(3.0)) };
+        assert_eq!(floor.scale(1.0), Err(ParamError::MinAngleOfPaper(5.0)));
+    }
+}

@@ -37,13 +37,13 @@ pub struct Detection {
 /// How the work went. None of it is part of the result.
 #[derive(Clone, Debug, Default)]
 pub struct Work {
-    /// Voting scale in mesh units.
+    /// Voting scale in mesh units; 0 where the one-ring votes alone.
     pub sigma: f64,
     /// Tiles of the plan.
     pub tiles: u64,
     /// Faces owned by tiles.
     pub owned_faces: u64,
-    /// Faces loaded for them, halos included.
+    /// Faces loaded for them, halos included; those of a survey do not count.
     pub loaded_faces: u64,
     /// How often a region had to grow because the mesh reached farther than expected.
     pub regrown: u64,
@@ -111,7 +111,10 @@ impl<'a> Job<'a> {
     pub fn run(&self, fields: Option<&mut dyn FieldSink>) -> Result<Detection, Error> {
         let mut work = Work::default();
         let (scan, plan) = self.timed(Stage::Scan, &mut work, || self.plan())?;
-        work.sigma = plan.scale.length(crate::config::method::SIGMA_EDGES);
+        work.sigma = match self.params.sigma.is_zero() {
+            true => 0.0,
+            false => plan.scale.length(crate::config::method::SIGMA_EDGES),
+        };
         work.tiles = plan.cells.len() as u64;
         let extremes = match &self.params.method {
             Method::Robust => Extremes::default(),

@@ -30,7 +30,7 @@ pub struct Evidence<'a> {
 /// Support of a vertex by the line through it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Support {
-    /// S: mean fold angle along the line, radians.
+    /// S: mean fold angle along the line, radians; of the paper method the salience, without a unit.
     pub salience: f64,
     /// SC: mean contrast along the line, radians.
     pub contrast: f64,

@@ -15,9 +15,9 @@ use glam::DVec3;
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Vote {
     /// Eigenvalues of the vertex's own tensor, divided by the largest: l1 >= l2 >= l3 >= 0; l1 is 1, or 0 where nothing
-    /// voted.
+    /// voted. The paper method divides them by their 2-norm.
     pub eigenvalues: [f64; 3],
-    /// Fold angle in radians, the mean of two scales.
+    /// Fold angle in radians, the mean of two scales; the paper method has one.
     pub theta: f64,
     /// Ball part of the vertex's own tensor as an angle in radians: large at corners.
     pub phi: f64,
@@ -28,7 +28,7 @@ pub struct Vote {
 }
 
 impl Vote {
-    /// (l2 + l3) / 2: 0 on a plane, at most 1.
+    /// (l2 + l3) / 2 of eigenvalues that were divided by the largest: 0 on a plane, at most 1.
     pub fn omega(&self) -> f64 {
         (self.eigenvalues[1] + self.eigenvalues[2]) / 2.0
     }
