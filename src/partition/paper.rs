@@ -9,9 +9,9 @@
 //! | ridge | [`PaperReach::link_steps`] rings more | a path has so many steps | `Links` |
 //! | salience | thinning radius around those, and their one-ring | a ridge vertex compares itself with them | `Links` |
 //! | salience | owned vertices | its maximum | `Salience` |
-//! | tensor, class | [`PaperReach::trace_steps`] rings around every salience | a supporting walk has so many steps | both |
+//! | tensor, class | [`PaperReach::trace_steps`] rings around every salience | a supporting walk has so many steps | `Salience`, `Links` |
 //! | tensor, class | owned vertices | the range of Omega | `Omega` |
-//! | faces | around every tensor, and all with their barycentre in the cube around it | they vote | all |
+//! | faces | around every tensor, and all with their barycentre in the cube around it | they vote | every pass |
 //!
 //! The walks from face to face that collect the voters never leave the cube, so it is the cube that must be loaded, and
 //! not the walks that must be followed: where all faces with their barycentre in it are there, so are all the edges they
@@ -95,9 +95,8 @@ impl PaperReach {
 }
 
 impl Loaded<'_> {
-    /// Whether all faces with their barycentre less than `half` away from `p` along each axis were loaded. Notes what was
-    /// not.
-    fn cube_around(&self, p: DVec3, half: f64, gaps: &mut HashSet<Gap>) {
+    /// Notes the lattice cubes that must be loaded before [`Loaded::holds_cube`] is true.
+    fn ask_for_cube(&self, p: DVec3, half: f64, gaps: &mut HashSet<Gap>) {
         let cube = self.cubes_around(p, half);
         if !self.region.covers(&cube) {
             let missing = cube.cubes().filter(|&c| !self.region.contains(c));
@@ -159,7 +158,7 @@ pub fn paper_demand(
             .par_chunks(4096)
             .map(|chunk| {
                 let mut gaps = HashSet::new();
-                chunk.iter().for_each(|&v| tile.cube_around(mesh.position(v), half, &mut gaps));
+                chunk.iter().for_each(|&v| tile.ask_for_cube(mesh.position(v), half, &mut gaps));
                 gaps
             })
             .collect();
