@@ -1,6 +1,7 @@
 //! What a vertex depends on, and the certificate that a tile has loaded all of it.
 //!
-//! This is the one place that knows how far the steps of the method reach. Going backwards from the vertices a tile owns:
+//! This is the one place that knows how far the steps of the robust method reach ([`super::paper`] knows it of the other).
+//! Going backwards from the vertices a tile owns:
 //!
 //! | needed | where | because |
 //! |---|---|---|
@@ -102,7 +103,7 @@ impl Rings {
     }
 
     /// Grows `seeds` (ascending) by `rings` rings. Vertices at which the mesh was not loaded whole become gaps.
-    fn grow(tile: &Loaded, seeds: Vec<u32>, rings: usize, gaps: &mut HashSet<Gap>) -> Rings {
+    pub(super) fn grow(tile: &Loaded, seeds: Vec<u32>, rings: usize, gaps: &mut HashSet<Gap>) -> Rings {
         let mut inside = vec![false; tile.mesh.vertex_count()];
         seeds.iter().for_each(|&v| inside[v as usize] = true);
         let mut rest = Rings { ends: vec![seeds.len()], list: seeds };
@@ -128,11 +129,16 @@ impl Rings {
 
     /// Every vertex is in the set itself.
     fn everything(vertices: usize) -> Rings {
-        Rings { list: (0..vertices as u32).collect(), ends: vec![vertices] }
+        Rings::set((0..vertices as u32).collect())
+    }
+
+    /// A set (ascending) without any rings around it.
+    pub(super) fn set(list: Vec<u32>) -> Rings {
+        Rings { ends: vec![list.len()], list }
     }
 
     /// The vertices in ascending order.
-    fn sorted(&self) -> Vec<u32> {
+    pub(super) fn sorted(&self) -> Vec<u32> {
         let mut list = self.list.clone();
         list.sort_unstable();
         list
@@ -155,7 +161,7 @@ impl Loaded<'_> {
     }
 
     /// Whether everything around `v` was loaded; if not, notes a gap from which `rings` more may be asked for.
-    fn certified(&self, v: u32, rings: usize, gaps: &mut HashSet<Gap>) -> bool {
+    pub(super) fn certified(&self, v: u32, rings: usize, gaps: &mut HashSet<Gap>) -> bool {
         let complete = self.mesh.complete[v as usize];
         if !complete {
             // Edges are as long as those around; the ones that are loaded tell.
@@ -198,24 +204,35 @@ pub struct Demand {
     pub voted: Rings,
 }
 
-/// What the owned vertices depend on, or the gaps that were found on the way.
-pub fn vertex_demand(tile: &Loaded, plan: &Plan, cell: &Cell, reach: &Reach) -> (Demand, HashSet<Gap>) {
-    let mesh = tile.mesh;
-    let mut gaps = HashSet::new();
-    if plan.is_in_core() {
-        let everything = || Rings::everything(mesh.vertex_count());
-        let demand = Demand {
+impl Demand {
+    /// Everything everywhere: the tile is the whole mesh.
+    pub(super) fn everything(vertices: usize) -> Demand {
+        let everything = || Rings::everything(vertices);
+        Demand {
             owned: everything().list,
             linked: everything().list,
             traced: everything().list,
             thinned: everything(),
             voted: everything(),
-        };
-        return (demand, gaps);
+        }
+    }
+}
+
+/// What the owned vertices depend on, or the gaps that were found on the way.
+pub fn vertex_demand(tile: &Loaded, plan: &Plan, cell: &Cell, reach: &Reach) -> (Demand, HashSet<Gap>) {
+    let mesh = tile.mesh;
+    let mut gaps = HashSet::new();
+    if plan.is_in_core() {
+        return (Demand::everything(mesh.vertex_count()), gaps);
     }
     let owned: Vec<u32> = (0..mesh.vertex_count() as u32).filter(|&v| cell.owns(mesh.position(v))).collect();
     let linked = Rings::grow(tile, owned.clone(), reach.link_steps, &mut gaps).sorted();
-    let compared = balls(tile, cell, &linked, reach, &mut gaps);
+    let thinning = Thinning {
+        rings_from_owned: reach.link_steps,
+        radius: reach.thin_radius,
+        onward: reach.average_rounds,
+    };
+    let compared = balls(tile, cell, &linked, &thinning, &mut gaps);
     let thinned = Rings::grow(tile, compared, reach.average_rounds, &mut gaps);
     let traced = Rings::grow(tile, linked.clone(), reach.trace_steps, &mut gaps).sorted();
     let levelled = in_level_cubes(tile, &traced, reach, &mut gaps);
@@ -229,20 +246,36 @@ pub fn vertex_demand(tile: &Loaded, plan: &Plan, cell: &Cell, reach: &Reach) -> 
     (Demand { owned, linked, traced, thinned, voted }, gaps)
 }
 
+/// What thinning looks at.
+pub(super) struct Thinning {
+    /// Rings of the seeds around the owned vertices.
+    pub rings_from_owned: usize,
+    /// Radius in mesh units.
+    pub radius: f64,
+    /// Rings that will be asked for from what is looked at: a guess for the margin of a gap.
+    pub onward: usize,
+}
+
 /// `seeds` and every vertex that thinning at one of them looks at, ascending.
-fn balls(tile: &Loaded, cell: &Cell, seeds: &[u32], reach: &Reach, gaps: &mut HashSet<Gap>) -> Vec<u32> {
+pub(super) fn balls(
+    tile: &Loaded,
+    cell: &Cell,
+    seeds: &[u32],
+    thinning: &Thinning,
+    gaps: &mut HashSet<Gap>,
+) -> Vec<u32> {
     // Deep inside the cell a ball holds owned vertices only, and the one-rings of those are among the seeds. A hundredth
     // more than the radius is far above the rounding of a distance.
-    let margin = DVec3::splat(1.01 * reach.thin_radius);
-    let deep = |p: DVec3| reach.link_steps > 0 && cell.owns(p - margin) && cell.owns(p + margin);
+    let margin = DVec3::splat(1.01 * thinning.radius);
+    let deep = |p: DVec3| thinning.rings_from_owned > 0 && cell.owns(p - margin) && cell.owns(p + margin);
     let shallow: Vec<u32> = seeds.iter().copied().filter(|&v| !deep(tile.mesh.position(v))).collect();
     let found: Vec<(Vec<u32>, Vec<u32>)> =
-        shallow.par_chunks(1024).map(|chunk| balls_of(tile.mesh, chunk, reach.thin_radius)).collect();
+        shallow.par_chunks(1024).map(|chunk| balls_of(tile.mesh, chunk, thinning.radius)).collect();
     let mut inside = vec![false; tile.mesh.vertex_count()];
     seeds.iter().for_each(|&v| inside[v as usize] = true);
     for (looked_at, outside) in found {
         looked_at.into_iter().for_each(|v| inside[v as usize] = true);
-        outside.into_iter().for_each(|u| _ = tile.certified(u, reach.average_rounds, gaps));
+        outside.into_iter().for_each(|u| _ = tile.certified(u, thinning.onward, gaps));
     }
     (0..inside.len() as u32).filter(|&v| inside[v as usize]).collect()
 }

@@ -1,14 +1,16 @@
-//! One tile, second half: steps A to D, from a certified tile to what it hands over.
+//! One tile, second half: steps A to D, from a certified tile to what it hands over. The methods differ in how they find
+//! features ([`Finding`]); from there on they are one.
 //!
 //! A pure function of what was loaded: it does not know whether the tile is one of a thousand or the only one.
 
 use super::census::census;
 use super::certify::Certified;
-use crate::config::{Params, method};
+use super::paper::PaperMethod;
+use crate::config::{Method, Params, method};
 use crate::math::DEGREE;
 use crate::mesh::Field;
 use crate::partition::Plan;
-use crate::refine::{Evidence, Link, Linker, Support, average_along, contrast, ridges};
+use crate::refine::{Evidence, Extremes, Link, Linker, Support, average_along, contrast, ridges};
 use crate::stitch::{Class, Fragments, LineVertex, LinkPath, OpenEdge, VertexFields};
 use crate::voting::{Stop, Vote, first_votes, refine, stops, thresholds, vote_again, votes};
 
@@ -24,10 +26,21 @@ pub struct TileResult {
     pub owned_faces: u64,
 }
 
-/// Steps A to D. `with_fields` asks for the fields of every owned vertex.
-pub fn compute(tile: &Certified, plan: &Plan, params: &Params, with_fields: bool) -> TileResult {
-    let votes = vote(tile, plan);
-    let finding = find(tile, plan, params, votes);
+/// Steps A to D. The paper method needs the `extremes` of the whole mesh. `with_fields` asks for the fields of every owned
+/// vertex.
+pub fn compute(
+    tile: &Certified,
+    plan: &Plan,
+    params: &Params,
+    extremes: &Extremes,
+    with_fields: bool,
+) -> TileResult {
+    let finding = match &params.method {
+        Method::Robust => find(tile, plan, params, vote(tile, plan)),
+        Method::Paper(thresholds) => {
+            PaperMethod { plan, sigma: params.sigma, thresholds }.find(tile, extremes)
+        }
+    };
     let links = finding.links(tile, plan);
     let (open_edges, defects) = census(tile);
     let open_edges = if params.boundaries { open_edges } else { Vec::new() };
@@ -79,24 +92,33 @@ fn find(tile: &Certified, plan: &Plan, params: &Params, votes: Field<Vote>) -> F
         min_angle: params.min_angle_deg * DEGREE,
     };
     let support = evidence.support(&demand.linked);
-    Finding { votes, support, stops }
+    let r = average_along(mesh, &votes, &tile.vertex_rounds, &demand.thinned);
+    Finding { votes, support, stops, r, omega: Vote::omega, strong: Support::strong }
 }
 
 /// What was found out about single vertices.
-struct Finding {
-    votes: Field<Vote>,
-    support: Field<Support>,
-    stops: Field<Stop>,
+pub(super) struct Finding {
+    /// Eigenvalues, fold angles, directions.
+    pub votes: Field<Vote>,
+    /// Which vertices are features.
+    pub support: Field<Support>,
+    /// Where lines stop.
+    pub stops: Field<Stop>,
+    /// What thinning compares.
+    pub r: Field<f64>,
+    /// Omega of the eigenvalues, as the method normalises them.
+    pub omega: fn(&Vote) -> f64,
+    /// Which vertices can carry a component of the line graph.
+    pub strong: fn(&Support) -> bool,
 }
 
 impl Finding {
     /// Step D: ridges, and the links from those that the tile owns.
     fn links(&self, tile: &Certified, plan: &Plan) -> Vec<Link> {
         let Certified { mesh, demand, .. } = tile;
-        let Finding { votes, support, stops } = self;
-        let r = average_along(mesh, votes, &tile.vertex_rounds, &demand.thinned);
-        let ridge = ridges(mesh, &plan.scale, votes, &r, support, stops, &demand.linked);
-        let linker = Linker { mesh, votes, r: &r, support, stops, ridge: &ridge };
+        let Finding { votes, support, stops, r, .. } = self;
+        let ridge = ridges(mesh, &plan.scale, votes, r, support, stops, &demand.linked);
+        let linker = Linker { mesh, votes, r, support, stops, ridge: &ridge };
         let mut links = Vec::new();
         demand.owned.iter().for_each(|&v| linker.links_from(v, &mut links));
         links
@@ -127,7 +149,7 @@ impl Finding {
             class: self.class(v),
             corner: stop.corner,
             stop: stop.any(),
-            strong: self.support.get(v).strong(),
+            strong: (self.strong)(&self.support.get(v)),
             rounds: tile.vertex_rounds[v as usize],
         }
     }
@@ -138,7 +160,7 @@ impl Finding {
             id: tile.mesh.id(v),
             position: tile.mesh.position(v),
             eigenvalues: vote.eigenvalues,
-            omega: vote.omega(),
+            omega: (self.omega)(&vote),
             salience: self.support.get(v).salience,
             class: self.class(v),
         }

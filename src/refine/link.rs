@@ -16,7 +16,7 @@ pub struct Linker<'a> {
     pub mesh: &'a TileMesh,
     /// Directions.
     pub votes: &'a Field<Vote>,
-    /// R: fold angle averaged along the line, radians.
+    /// R: what a line is strongest in; fold angle averaged along it in radians, or salience.
     pub r: &'a Field<f64>,
     /// Support.
     pub support: &'a Field<Support>,

@@ -1,14 +1,18 @@
 //! Steps B (contrast), C and D: which vertices are features, and how they hang together along the mesh.
 //!
+//! The paper method has its own measure of support ([`Supporters`]) and shares walking, ridges and links.
+//!
 //! Pure functions of a tile mesh and its votes; they cannot tell whether the tile is one of a thousand or the only one.
 
 mod contrast;
 mod link;
+mod paper;
 mod support;
 mod thin;
 mod walk;
 
 pub use contrast::contrast;
 pub use link::{Link, Linker};
+pub use paper::{Extremes, OmegaRange, Salience, Supporters};
 pub use support::{Evidence, Support};
 pub use thin::{average_along, ridges};

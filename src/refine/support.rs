@@ -30,7 +30,7 @@ pub struct Evidence<'a> {
 /// Support of a vertex by the line through it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Support {
-    /// S: mean fold angle along the line, radians.
+    /// S: mean fold angle along the line, radians; of the paper method the salience, without a unit.
     pub salience: f64,
     /// SC: mean contrast along the line, radians.
     pub contrast: f64,
@@ -41,6 +41,11 @@ pub struct Support {
 }
 
 impl Support {
+    /// Of a method that measures salience alone: no contrast is taken off, and there is no floor.
+    pub(super) fn of_salience(salience: f64, measure: f64) -> Support {
+        Support { salience, contrast: salience, measure: measure.min(MEASURE_CAP), over_floor: f64::INFINITY }
+    }
+
     /// No smooth surface folds that much in a ring.
     fn sure(&self) -> bool {
         self.salience >= method::SURE_DEG * DEGREE

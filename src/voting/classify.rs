@@ -58,7 +58,7 @@ pub fn stops(mesh: &TileMesh, votes: &Field<Vote>, at: &[u32]) -> Field<Stop> {
 }
 
 /// Whether an edge at `v` has a single face.
-fn on_boundary(mesh: &TileMesh, v: u32) -> bool {
+pub(super) fn on_boundary(mesh: &TileMesh, v: u32) -> bool {
     // Around an inner vertex of a manifold there are as many neighbours as faces; only then is a closer look worth it.
     let (faces, ring) = (mesh.faces_of(v), mesh.ring_of(v));
     if ring.len() > faces.len() {

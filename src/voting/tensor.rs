@@ -15,9 +15,9 @@ use glam::DVec3;
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Vote {
     /// Eigenvalues of the vertex's own tensor, divided by the largest: l1 >= l2 >= l3 >= 0; l1 is 1, or 0 where nothing
-    /// voted.
+    /// voted. The paper method divides them by their 2-norm.
     pub eigenvalues: [f64; 3],
-    /// Fold angle in radians, the mean of two scales.
+    /// Fold angle in radians, the mean of two scales; the paper method has one.
     pub theta: f64,
     /// Ball part of the vertex's own tensor as an angle in radians: large at corners.
     pub phi: f64,
@@ -28,7 +28,7 @@ pub struct Vote {
 }
 
 impl Vote {
-    /// (l2 + l3) / 2: 0 on a plane, at most 1.
+    /// (l2 + l3) / 2 of eigenvalues that were divided by the largest: 0 on a plane, at most 1.
     pub fn omega(&self) -> f64 {
         (self.eigenvalues[1] + self.eigenvalues[2]) / 2.0
     }
@@ -55,14 +55,24 @@ pub fn first_votes(
 }
 
 fn first_vote(mesh: &TileMesh, faces: &FaceGeometry, normals: &[DVec3], scale: &Scale, v: u32) -> Token {
-    let around = mesh.faces_of(v);
+    gather(mesh, faces, normals, v, mesh.faces_of(v), scale.length(1.0)) // sigma / 3
+}
+
+/// The votes of the faces `around` (ascending) at `v`, by area and by distance: exp(-|c - v| / `falloff`).
+pub(super) fn gather(
+    mesh: &TileMesh,
+    faces: &FaceGeometry,
+    normals: &[DVec3],
+    v: u32,
+    around: &[u32],
+    falloff: f64,
+) -> Token {
     let largest = around.iter().fold(0.0, |m: f64, &f| m.max(faces.areas[f as usize]));
     let mut token = Token::default();
     if largest <= 0.0 {
         return token;
     }
     let origin = mesh.position(v);
-    let falloff = scale.length(1.0); // sigma / 3
     // Only where windings disagree: normals are turned to the side of the first face, so that they do not cancel.
     let side = around
         .iter()
@@ -117,7 +127,7 @@ pub fn votes(mesh: &TileMesh, tokens: &Field<Token>, again: &Field<Sym3>, voted:
 }
 
 /// Eigenvalues divided by the largest. Rounding may leave a zero slightly negative.
-fn normalised(values: [f64; 3]) -> [f64; 3] {
+pub(super) fn normalised(values: [f64; 3]) -> [f64; 3] {
     let values = values.map(|x| x.max(0.0));
     values.map(|x| x / values[0].max(1e-300))
 }
