@@ -129,7 +129,7 @@ struct Whole {
 impl Whole {
     fn new(source: &dyn MeshSource, plan: &Plan) -> Whole {
         assert!(plan.is_in_core());
-        let tile = Tile::load(source, plan, &Reach::new(&plan.scale), &plan.cells[0]);
+        let tile = Tile::load(source, plan, &|_| (), &plan.cells[0]);
         let steps = Steps::compute(&tile, plan, &Params::default());
         assert!(steps.links.len() > 50, "hardly any links");
         Whole { tile, steps }
@@ -167,18 +167,26 @@ impl Whole {
         let rounds = |v: u32, w: u32| tile.vertex_rounds[v as usize] == self.tile.vertex_rounds[w as usize];
         differs("first tensor", demand.voted.all(), &first)
             .or_else(|| differs("wide tensor", voted, &|v, w| steps.again.get(v) == ours.again.get(w)))
-            .or_else(|| differs("vote", voted, &|v, w| steps.votes.get(v) == ours.votes.get(w)))
+            .or_else(|| differs("narrow vote", voted, &|v, w| steps.narrow.get(v) == ours.narrow.get(w)))
+            .or_else(|| differs("K", &demand.noisy(), &rounds))
             .or_else(|| {
-                differs("contrast", &demand.traced, &|v, w| steps.contrast.get(v) == ours.contrast.get(w))
+                let same = |v, w| steps.surroundings.get(v) == ours.surroundings.get(w);
+                differs("surroundings", demand.folded.all(), &same)
             })
             .or_else(|| {
-                differs("threshold", &demand.traced, &|v, w| steps.threshold.get(v) == ours.threshold.get(w))
+                differs("vote", demand.folded.within(0), &|v, w| steps.votes.get(v) == ours.votes.get(w))
+            })
+            .or_else(|| {
+                let same = |v, w| steps.positions.get(v) == ours.positions.get(w);
+                differs("smoothed position", demand.smoothed.within(0), &same)
+            })
+            .or_else(|| {
+                differs("contrast", &demand.traced, &|v, w| steps.contrast.get(v) == ours.contrast.get(w))
             })
             .or_else(|| differs("stop", &demand.traced, &|v, w| steps.stops.get(v) == ours.stops.get(w)))
             .or_else(|| {
                 differs("support", &demand.linked, &|v, w| steps.support.get(v) == ours.support.get(w))
             })
-            .or_else(|| differs("K", demand.thinned.all(), &rounds))
             .or_else(|| differs("R", thinned, &|v, w| steps.r.get(v) == ours.r.get(w)))
             .or_else(|| differs("ridge", &demand.linked, &|v, w| steps.ridge.get(v) == ours.ridge.get(w)))
     }
@@ -204,12 +212,10 @@ fn compare(name: &str, faces: u64, change: impl Fn(&mut Reach), spoil: impl Fn(&
         [Tiling::InCore, Tiling::Faces(faces)].map(|tiling| plan(&source, &Params::default(), tiling));
     assert!(cut.cells.len() > 4, "{name}: {} tiles are hardly a test", cut.cells.len());
     let whole = Whole::new(&source, &whole);
-    let mut reach = Reach::new(&cut.scale);
-    change(&mut reach);
     let tiles = || {
         let (mut owned, mut linked) = (0, BTreeSet::new());
         for cell in &cut.cells {
-            let mut tile = Tile::load(&source, &cut, &reach, cell);
+            let mut tile = Tile::load(&source, &cut, &change, cell);
             spoil(&mut tile);
             let steps = Steps::compute(&tile, &cut, &Params::default());
             if let Some(difference) = whole.disagreement(&tile, &steps) {
@@ -245,7 +251,10 @@ fn steps_with_the_right_halo_are_equal() {
 /// radius must be well short to leave out a vertex.
 #[test]
 fn every_reach_that_is_a_step_too_short_is_noticed() {
-    let changes: [Change; 5] = [
+    let changes: [Change; 8] = [
+        ("smoothing rounds", |reach| reach.smoothing_rounds -= 1),
+        ("contrast steps", |reach| reach.contrast_steps -= 1),
+        ("further votes", |reach| reach.further_votes -= 1),
         ("link steps", |reach| reach.link_steps -= 1),
         ("thinning radius", |reach| reach.thin_radius *= 0.5),
         ("average rounds", |reach| reach.average_rounds -= 1),
@@ -284,7 +293,10 @@ fn a_round_of_refinement_that_the_halo_lacks_is_noticed() {
 
 #[test]
 fn a_halo_that_is_too_wide_changes_nothing() {
-    let changes: [Change; 6] = [
+    let changes: [Change; 9] = [
+        ("smoothing rounds", |reach| reach.smoothing_rounds += 1),
+        ("contrast steps", |reach| reach.contrast_steps += 1),
+        ("further votes", |reach| reach.further_votes += 1),
         ("link steps", |reach| reach.link_steps += 1),
         ("thinning radius", |reach| reach.thin_radius *= 1.5),
         ("average rounds", |reach| reach.average_rounds += 3),

@@ -3,6 +3,7 @@
 //! Nothing in here changes the result, except the two numbers that the scan finds for everyone: the median side length
 //! and the origin of the lattice.
 
+mod adapt;
 mod cells;
 mod halo;
 mod lattice;

@@ -129,7 +129,7 @@ pub fn paper_demand(
     let mesh = tile.mesh;
     let mut gaps = HashSet::new();
     if plan.is_in_core() {
-        return (Demand::everything(mesh.vertex_count()), gaps);
+        return (Demand::everything(mesh.vertex_count(), &super::Reach::new(&plan.scale, 0)), gaps);
     }
     let owned: Vec<u32> = (0..mesh.vertex_count() as u32).filter(|&v| cell.owns(mesh.position(v))).collect();
     let (linked, salient) = match pass {
@@ -164,6 +164,8 @@ pub fn paper_demand(
             .collect();
         gaps.extend(found.into_iter().flatten());
     }
-    let (thinned, voted) = (Rings::set(salient), Rings::set(traced.clone()));
-    (Demand { owned, linked, traced, thinned, voted }, gaps)
+    let (smoothed, thinned, voted) =
+        (Rings::set(linked.clone()), Rings::set(salient), Rings::set(traced.clone()));
+    let folded = Rings::default();
+    (Demand { owned, linked, traced, smoothed, thinned, folded, voted }, gaps)
 }

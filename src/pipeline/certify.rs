@@ -31,7 +31,7 @@ pub struct Certified {
     pub noise: Vec<Option<f64>>,
     /// Refinement rounds to do for each face.
     pub needed: Vec<u32>,
-    /// K of each vertex, where it is asked for; 0 elsewhere.
+    /// K of each vertex where it is known; 0 elsewhere.
     pub vertex_rounds: Vec<u32>,
     /// Largest K that was met.
     pub most_rounds: u32,
@@ -42,8 +42,8 @@ pub struct Certified {
 /// How far the steps reach that the tile is loaded for.
 #[derive(Clone, Copy, Debug)]
 pub enum Halo {
-    /// Those of the robust method.
-    Robust(Reach),
+    /// Those of the robust method, times a factor: 1 unless a test wants to see a thin halo caught.
+    Robust(f64),
     /// Those of one pass of the paper method.
     Paper(PaperReach, Pass),
 }
@@ -52,7 +52,7 @@ impl Halo {
     /// A margin, in cubes, that is usually enough; `rounds` as in [`Reach::margin`].
     pub fn margin(&self, plan: &Plan, rounds: u32) -> i64 {
         match self {
-            Halo::Robust(reach) => reach.margin(rounds),
+            Halo::Robust(factor) => Reach::new(&plan.scale, rounds).scaled(*factor).margin(rounds),
             Halo::Paper(reach, pass) => reach.margin(*pass, &plan.scale, plan.lattice.edge),
         }
     }
@@ -76,7 +76,7 @@ pub fn certify(
     loop {
         let mesh = load(source, plan, &region)?;
         let attempt = match halo {
-            Halo::Robust(reach) => attempt(plan, reach, id, mesh, &region),
+            Halo::Robust(factor) => attempt(plan, *factor, id, mesh, &region),
             Halo::Paper(reach, pass) => paper_attempt(plan, reach, *pass, id, mesh, &region),
         };
         match attempt {
@@ -99,19 +99,21 @@ pub fn certify(
 type Attempt = Result<Certified, Vec<Gap>>;
 
 /// Looks whether `mesh`, which was loaded for `region`, is enough.
-fn attempt(plan: &Plan, reach: &Reach, id: TileId, mesh: TileMesh, region: &Region) -> Attempt {
+fn attempt(plan: &Plan, factor: f64, id: TileId, mesh: TileMesh, region: &Region) -> Attempt {
     let cell = plan.cells[id.0 as usize];
     let loaded = Loaded { mesh: &mesh, region, lattice: &plan.lattice };
-    let (demand, mut gaps) = vertex_demand(&loaded, plan, &cell, reach);
     let faces = FaceGeometry::new(&mesh, &plan.scale);
     let levels = Noise::new(&mesh, &faces, &plan.lattice, region);
+    let vertex_rounds = rounds_at_vertices(&mesh, plan, &levels);
+    let reach =
+        Reach::new(&plan.scale, vertex_rounds.iter().flatten().copied().max().unwrap_or(0)).scaled(factor);
+    let (demand, mut gaps) = vertex_demand(&loaded, plan, &cell, &reach);
     let barycentres: Vec<DVec3> = (0..mesh.face_count() as u32).map(|f| mesh.barycentre(f)).collect();
     let noise = levels.levels_at(&barycentres);
     let face_rounds: Vec<Option<u32>> = noise.iter().map(|s0| s0.map(|s0| rounds(&plan.scale, s0))).collect();
-    let (needed, more) = round_demand(&loaded, plan, &demand.voted, &face_rounds, reach);
+    let (needed, more) = round_demand(&loaded, plan, &demand.voted, &face_rounds, &reach);
     gaps.extend(more);
-    let vertex_rounds = rounds_at(&mesh, plan, &levels, demand.thinned.all());
-    gaps.extend(noise_demand(&loaded, demand.thinned.all(), |v| vertex_rounds[v as usize].is_some()));
+    gaps.extend(noise_demand(&loaded, &demand.noisy(), |v| vertex_rounds[v as usize].is_some()));
     if !gaps.is_empty() {
         return Err(merge(gaps));
     }
@@ -164,14 +166,11 @@ fn paper_attempt(
     })
 }
 
-/// K at the vertices of `at`, where it is known.
-fn rounds_at(mesh: &TileMesh, plan: &Plan, levels: &Noise, at: &[u32]) -> Vec<Option<u32>> {
-    let positions: Vec<DVec3> = at.iter().map(|&v| mesh.position(v)).collect();
-    let mut found = vec![None; mesh.vertex_count()];
-    for (&v, s0) in at.iter().zip(levels.levels_at(&positions)) {
-        found[v as usize] = s0.map(|s0| rounds(&plan.scale, s0));
-    }
-    found
+/// K at each vertex where it is known. Whatever uses K certifies that it is, so that the largest known one is at least as
+/// large as any that is used.
+fn rounds_at_vertices(mesh: &TileMesh, plan: &Plan, levels: &Noise) -> Vec<Option<u32>> {
+    let positions: Vec<DVec3> = (0..mesh.vertex_count() as u32).map(|v| mesh.position(v)).collect();
+    levels.levels_at(&positions).into_iter().map(|s0| s0.map(|s0| rounds(&plan.scale, s0))).collect()
 }
 
 impl Certified {

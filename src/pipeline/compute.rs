@@ -10,9 +10,12 @@ use crate::config::{Method, Params, method};
 use crate::math::DEGREE;
 use crate::mesh::Field;
 use crate::partition::Plan;
-use crate::refine::{Evidence, Extremes, Link, Linker, Support, average_along, contrast, ridges};
+use crate::refine::{Evidence, Extremes, Link, Linker, Support, average_along, contrast, ridges, smooth};
 use crate::stitch::{Class, Fragments, LineVertex, LinkPath, OpenEdge, VertexFields};
-use crate::voting::{Stop, Vote, first_votes, refine, stops, thresholds, vote_again, votes};
+use crate::voting::{
+    Stop, Surroundings, Vote, first_votes, refine, stops, surroundings, vote_again, votes, widen,
+};
+use glam::DVec3;
 
 /// What one tile contributes.
 pub struct TileResult {
@@ -36,7 +39,7 @@ pub fn compute(
     with_fields: bool,
 ) -> TileResult {
     let finding = match &params.method {
-        Method::Robust => find(tile, plan, params, vote(tile, plan)),
+        Method::Robust => find(tile, plan, params),
         Method::Paper(thresholds) => {
             PaperMethod { plan, sigma: params.sigma, thresholds }.find(tile, extremes)
         }
@@ -71,35 +74,42 @@ pub fn compute(
 }
 
 /// Steps A and B: refined normals, tensors, fold angles.
-fn vote(tile: &Certified, plan: &Plan) -> Field<Vote> {
-    let Certified { mesh, faces, demand, .. } = tile;
+fn vote(tile: &Certified, plan: &Plan) -> (Field<Vote>, Field<Surroundings>) {
+    let Certified { mesh, faces, demand, vertex_rounds, .. } = tile;
     let normals = refine(mesh, faces, &plan.scale, &tile.noise, &tile.needed);
     let tokens = first_votes(mesh, faces, &normals, &plan.scale, &demand.voted);
     let again = vote_again(mesh, &tokens, &plan.scale, &demand.voted);
-    votes(mesh, &tokens, &again, &demand.voted)
+    let narrow = votes(mesh, &tokens, &again, &demand.voted);
+    let around = surroundings(mesh, plan, &narrow, &demand.voted, vertex_rounds, demand.folded.all());
+    (widen(mesh, &narrow, &again, &around, &demand.folded), around)
 }
 
-/// Contrast, thresholds, stops and support.
-fn find(tile: &Certified, plan: &Plan, params: &Params, votes: Field<Vote>) -> Finding {
-    let Certified { mesh, demand, .. } = tile;
+/// Contrast, stops, support and R.
+fn find(tile: &Certified, plan: &Plan, params: &Params) -> Finding {
+    let Certified { mesh, demand, vertex_rounds, .. } = tile;
+    let (votes, surroundings) = vote(tile, plan);
+    let positions = smooth(mesh, &plan.scale, vertex_rounds, &demand.smoothed);
     let stops = stops(mesh, &votes, &demand.traced);
     let evidence = Evidence {
         mesh,
         votes: &votes,
-        contrast: &contrast(mesh, &plan.scale, &votes, &demand.traced),
-        threshold: &thresholds(mesh, &plan.lattice, &votes, &demand.voted, &demand.traced),
+        positions: &positions,
+        contrast: &contrast(mesh, &plan.scale, &votes, vertex_rounds, &demand.traced),
+        surroundings: &surroundings,
         stops: &stops,
         min_angle: params.min_angle_deg * DEGREE,
     };
     let support = evidence.support(&demand.linked);
-    let r = average_along(mesh, &votes, &tile.vertex_rounds, &demand.thinned);
-    Finding { votes, support, stops, r, omega: Vote::omega, strong: Support::strong }
+    let r = average_along(mesh, &votes, &surroundings, vertex_rounds, &demand.thinned);
+    Finding { votes, positions, support, stops, r, omega: Vote::omega, strong: Support::strong }
 }
 
 /// What was found out about single vertices.
 pub(super) struct Finding {
     /// Eigenvalues, fold angles, directions.
     pub votes: Field<Vote>,
+    /// Where links take the vertices to be.
+    pub positions: Field<DVec3>,
     /// Which vertices are features.
     pub support: Field<Support>,
     /// Where lines stop.
@@ -116,9 +126,9 @@ impl Finding {
     /// Step D: ridges, and the links from those that the tile owns.
     fn links(&self, tile: &Certified, plan: &Plan) -> Vec<Link> {
         let Certified { mesh, demand, .. } = tile;
-        let Finding { votes, support, stops, r, .. } = self;
-        let ridge = ridges(mesh, &plan.scale, votes, r, support, stops, &demand.linked);
-        let linker = Linker { mesh, votes, r, support, stops, ridge: &ridge };
+        let Finding { votes, positions, support, stops, r, .. } = self;
+        let ridge = ridges(mesh, &plan.scale, votes, r, support, stops, &tile.vertex_rounds, &demand.linked);
+        let linker = Linker { mesh, positions, votes, r, support, stops, ridge: &ridge };
         let mut links = Vec::new();
         demand.owned.iter().for_each(|&v| linker.links_from(v, &mut links));
         links

@@ -9,7 +9,7 @@ use super::compute::Finding;
 use crate::config::{PaperThresholds, Sigma};
 use crate::mesh::Field;
 use crate::partition::{Loaded, Plan, half_cube};
-use crate::refine::{Extremes, OmegaRange, Support, Supporters};
+use crate::refine::{Extremes, OmegaRange, Support, Supporters, smooth};
 use crate::voting::{Stop, Vote, Voters, omega, paper_stops, paper_votes};
 
 /// What the method is told. The tiles that its passes are given must be certified for them.
@@ -47,7 +47,16 @@ impl PaperMethod<'_> {
         let salience = supporters.salience(at);
         let support = supporters.support(&salience, extremes.salience, at);
         let r = Field::compute(tile.mesh.vertex_count(), at, |v| salience.get(v).plain);
-        Finding { votes, support, stops, r, omega: |vote| omega(vote.eigenvalues), strong: Support::feature }
+        let positions = smooth(&tile.mesh, &self.plan.scale, &tile.vertex_rounds, &tile.demand.smoothed);
+        Finding {
+            votes,
+            positions,
+            support,
+            stops,
+            r,
+            omega: |vote| omega(vote.eigenvalues),
+            strong: Support::feature,
+        }
     }
 
     fn votes(&self, tile: &Certified) -> Field<Vote> {

@@ -12,7 +12,7 @@ use crate::error::Error;
 use crate::input::MeshSource;
 use crate::mesh::TileId;
 use crate::output::FieldSink;
-use crate::partition::{PaperReach, Pass, Plan, Reach, Scan, scan};
+use crate::partition::{PaperReach, Pass, Plan, Scan, scan};
 use crate::refine::{Extremes, OmegaRange};
 use crate::stitch::{Defects, Fragments, LineSet, stitch};
 use crossbeam::channel::{Receiver, Sender, bounded};
@@ -202,7 +202,7 @@ impl<'a> Job<'a> {
     /// What a tile must hold for the pass; the robust method has one pass only.
     fn halo(&self, plan: &Plan, pass: Pass) -> Halo {
         match self.params.method {
-            Method::Robust => Halo::Robust(Reach::new(&plan.scale).scaled(self.reach_factor)),
+            Method::Robust => Halo::Robust(self.reach_factor),
             Method::Paper(_) => {
                 let reach = PaperReach::new(self.params.sigma, &plan.scale);
                 Halo::Paper(reach.scaled(self.reach_factor), pass)

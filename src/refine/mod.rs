@@ -7,6 +7,7 @@
 mod contrast;
 mod link;
 mod paper;
+mod smooth;
 mod support;
 mod thin;
 mod walk;
@@ -14,5 +15,6 @@ mod walk;
 pub use contrast::contrast;
 pub use link::{Link, Linker};
 pub use paper::{Extremes, OmegaRange, Salience, Supporters};
+pub use smooth::smooth;
 pub use support::{Evidence, Support};
 pub use thin::{average_along, ridges};

@@ -160,7 +160,9 @@ impl Supporters<'_> {
         let t = self.votes.get(current).t;
         let mut best = None;
         let mut largest = 0.0;
-        for (u, cos) in ahead(self.mesh, current, d).filter(|(u, _)| *u != start && *u != previous) {
+        for (u, cos) in ahead(self.mesh, |u| self.mesh.position(u), current, d)
+            .filter(|(u, _)| *u != start && *u != previous)
+        {
             let turns = directed(current)
                 && directed(u)
                 && self.votes.get(u).t.dot(t).abs() < paper::SUPPORT_TURN_COS;

@@ -9,8 +9,8 @@ mod normals;
 mod paper;
 mod tensor;
 
-pub use classify::{Stop, stops, thresholds};
+pub use classify::{Stop, Surroundings, on_boundary, stops, surroundings};
 pub use levels::Levels;
 pub use normals::{FaceGeometry, Noise, refine, rounds};
 pub use paper::{Initial, Voters, omega, paper_stops, paper_votes};
-pub use tensor::{Token, Vote, first_votes, vote_again, votes};
+pub use tensor::{Token, Vote, first_votes, vote_again, votes, widen};

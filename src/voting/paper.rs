@@ -108,6 +108,7 @@ pub fn paper_votes(voters: &Voters, faces: &FaceGeometry, scale: &Scale, at: &[u
         Vote {
             eigenvalues,
             theta: fold(eigenvalues[1]),
+            far: 0.0,
             phi: fold(eigenvalues[2]),
             t,
             b: unit(token.normal.cross(t)),

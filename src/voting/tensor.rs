@@ -4,6 +4,7 @@
 //! and the direction of the line through it. The weights are those of Kim, Choi and Lee (2009); the second vote is what
 //! Guy and Medioni (1997) ask of tokens, done on the one-ring so that it stays connected and cheap.
 
+use super::classify::Surroundings;
 use super::normals::FaceGeometry;
 use crate::config::method;
 use crate::math::{Sym3, half_fold, unit};
@@ -17,8 +18,10 @@ pub struct Vote {
     /// Eigenvalues of the vertex's own tensor, divided by the largest: l1 >= l2 >= l3 >= 0; l1 is 1, or 0 where nothing
     /// voted. The paper method divides them by their 2-norm.
     pub eigenvalues: [f64; 3],
-    /// Fold angle in radians, the mean of two scales; the paper method has one.
+    /// Fold angle in radians, the mean of two or three scales; the paper method has one.
     pub theta: f64,
+    /// Half the fold angle that the repeated vote shows, in radians; 0 where there is none.
+    pub far: f64,
     /// Ball part of the vertex's own tensor as an angle in radians: large at corners.
     pub phi: f64,
     /// Unit direction of the line, in the tangent plane.
@@ -31,6 +34,11 @@ impl Vote {
     /// (l2 + l3) / 2 of eigenvalues that were divided by the largest: 0 on a plane, at most 1.
     pub fn omega(&self) -> f64 {
         (self.eigenvalues[1] + self.eigenvalues[2]) / 2.0
+    }
+
+    /// Half the fold angle that the vertex's own tensor shows, in radians.
+    pub fn near(&self) -> f64 {
+        half_fold(self.eigenvalues[1])
     }
 }
 
@@ -116,13 +124,49 @@ pub fn votes(mesh: &TileMesh, tokens: &Field<Token>, again: &Field<Sym3>, voted:
         let normal = unit(token.normal);
         let along = wide.vectors[2];
         let t = unit(along - normal * along.dot(normal));
+        let far = half_fold(normalised(wide.values)[1]);
         Vote {
             eigenvalues,
-            theta: half_fold(eigenvalues[1]) + half_fold(normalised(wide.values)[1]),
+            theta: half_fold(eigenvalues[1]) + far,
+            far,
             phi: 2.0 * half_fold(eigenvalues[2]),
             t,
             b: normal.cross(t),
         }
+    })
+}
+
+/// Lets the tensors of calm vertices vote further, each as often as its surroundings ask for, and takes what they show as a
+/// third scale of theta. `folded` holds a ring for each vote.
+pub fn widen(
+    mesh: &TileMesh,
+    votes: &Field<Vote>,
+    again: &Field<Sym3>,
+    surroundings: &Field<Surroundings>,
+    folded: &Rings,
+) -> Field<Vote> {
+    let n = mesh.vertex_count();
+    let rounds = folded.rings();
+    let mut tensors = Field::compute(n, folded.all(), |v| again.get(v));
+    for round in 1..=rounds {
+        tensors = Field::compute(n, folded.within(rounds - round), |v| {
+            let own = tensors.get(v);
+            if surroundings.get(v).further < round {
+                return own;
+            }
+            let mut sum = own.scaled(2.0);
+            mesh.ring_of(v).iter().for_each(|&u| sum.add(&tensors.get(u)));
+            // Six neighbours and two own votes: whoever stands still keeps the same weight.
+            sum.scaled(1.0 / 8.0)
+        });
+    }
+    Field::compute(n, folded.within(0), |v| {
+        let vote = votes.get(v);
+        if surroundings.get(v).further == 0 {
+            return vote;
+        }
+        let widest = half_fold(normalised(tensors.get(v).eigen().values)[1]);
+        Vote { theta: (vote.near() + vote.far + widest) * (2.0 / 3.0), ..vote }
     })
 }
 

@@ -7,7 +7,7 @@ use crease::mesh::{Field, TileMesh};
 use crease::partition::{
     Cell, Demand, Gap, Loaded, PaperReach, Pass, Plan, Region, half_cube, load, merge, paper_demand,
 };
-use crease::refine::{Extremes, Link, Linker, OmegaRange, Salience, Supporters, ridges};
+use crease::refine::{Extremes, Link, Linker, OmegaRange, Salience, Supporters, ridges, smooth};
 use crease::voting::{FaceGeometry, Stop, Vote, Voters, paper_stops, paper_votes};
 use crease::{Method, Params};
 
@@ -86,8 +86,18 @@ impl PaperSteps {
         let salience = supporters.salience(at);
         let support = supporters.support(&salience, extremes.salience, at);
         let r = Field::compute(mesh.vertex_count(), at, |v| salience.get(v).plain);
-        let ridge = ridges(mesh, scale, &votes, &r, &support, &stops, &demand.linked);
-        let linker = Linker { mesh, votes: &votes, r: &r, support: &support, stops: &stops, ridge: &ridge };
+        let rounds = vec![0; mesh.vertex_count()];
+        let ridge = ridges(mesh, scale, &votes, &r, &support, &stops, &rounds, &demand.linked);
+        let positions = smooth(mesh, scale, &rounds, &demand.smoothed);
+        let linker = Linker {
+            mesh,
+            positions: &positions,
+            votes: &votes,
+            r: &r,
+            support: &support,
+            stops: &stops,
+            ridge: &ridge,
+        };
         let mut links = Vec::new();
         if !demand.linked.is_empty() {
             demand.owned.iter().for_each(|&v| linker.links_from(v, &mut links));
