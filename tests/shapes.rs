@@ -53,7 +53,7 @@ struct Known {
 const BOX: f64 = 34.0 * 28.0 * 24.0;
 
 /// Every shape of the register. Volumes are those of the exact solids.
-const KNOWN: [Known; 25] = [
+const KNOWN: [Known; 28] = [
     Known { name: "box", euler: 2, volume: Some(BOX), corners: 8, angles: (90.0, 90.0), beside: 0.0 },
     // 3 sqrt(3) / 2 r^2 h.
     Known {
@@ -99,6 +99,9 @@ const KNOWN: [Known; 25] = [
     },
     // Roofs and walls, and walls on rolling ground.
     Known { name: "city9", euler: 1, volume: None, corners: 84, angles: (50.0, 105.0), beside: 3.0 },
+    Known { name: "sheet20", euler: 1, volume: None, corners: 0, angles: (20.0, 20.0), beside: 0.0 },
+    Known { name: "sheet10", euler: 1, volume: None, corners: 0, angles: (10.0, 10.0), beside: 0.0 },
+    Known { name: "sheet5", euler: 1, volume: None, corners: 0, angles: (5.0, 5.0), beside: 0.0 },
     Known { name: "folds20", euler: 1, volume: None, corners: 0, angles: (20.0, 20.0), beside: 0.0 },
     Known { name: "folds10", euler: 1, volume: None, corners: 0, angles: (10.0, 10.0), beside: 0.0 },
     Known { name: "folds5", euler: 1, volume: None, corners: 0, angles: (5.0, 5.0), beside: 0.0 },

@@ -36,6 +36,11 @@ pub enum ShapeName {
         /// Between the normals on both sides of each fold.
         angle_deg: f64,
     },
+    /// The same, larger: `sheet20`.
+    Sheet {
+        /// Between the normals on both sides of each fold.
+        angle_deg: f64,
+    },
     /// A torus, without any feature: `torus`.
     Torus,
     /// A solid stair: `stairs3` for treads and risers of 3 edge lengths.
@@ -82,11 +87,11 @@ struct Number {
 impl ShapeName {
     /// How names are written, for help texts.
     pub const FORMS: &'static str = "box, hexprism, bracket, cylinder, rounded, cone, city[HOUSES], folds[DEGREES], \
-                                     torus, sphere, stairs[STEP], gear, boxgrid[GAP], wall[THICKNESS], boss, loft, \
+                                     sheet[DEGREES], torus, sphere, stairs[STEP], gear, boxgrid[GAP], wall[THICKNESS], boss, loft, \
                                      terrain, fading";
 
     /// One of each kind: the ten of the reference and its torus first, with their sizes there.
-    pub const ALL: [Self; 25] = [
+    pub const ALL: [Self; 28] = [
         Self::Box,
         Self::Hexprism,
         Self::Bracket,
@@ -94,10 +99,13 @@ impl ShapeName {
         Self::Rounded,
         Self::Cone,
         Self::City { houses: 9 },
+        Self::Sheet { angle_deg: 20.0 },
+        Self::Sheet { angle_deg: 10.0 },
+        Self::Sheet { angle_deg: 5.0 },
+        Self::Torus,
         Self::Folds { angle_deg: 20.0 },
         Self::Folds { angle_deg: 10.0 },
         Self::Folds { angle_deg: 5.0 },
-        Self::Torus,
         Self::Stairs { step: 2.0 },
         Self::Stairs { step: 3.0 },
         Self::Stairs { step: 5.0 },
@@ -153,7 +161,8 @@ impl ShapeName {
             Self::Rounded => solids::rounded(sizing, seed),
             Self::Cone => cone::cone(sizing, seed),
             Self::City { houses } => city::city(houses, sizing, seed),
-            Self::Folds { angle_deg } => folds::folds(angle_deg, sizing, seed),
+            Self::Folds { angle_deg } => folds::folds(angle_deg, folds::SMALL, sizing, seed),
+            Self::Sheet { angle_deg } => folds::folds(angle_deg, folds::LARGE, sizing, seed),
             Self::Torus => revolve::torus(sizing, seed),
             Self::Stairs { step } => solids::stairs(step, sizing, seed),
             Self::Gear => solids::gear(sizing, seed),
@@ -174,7 +183,9 @@ impl ShapeName {
             Self::Box | Self::Hexprism | Self::Bracket | Self::Cylinder | Self::Rounded => Some(DVec3::Z),
             Self::Stairs { .. } | Self::Gear => Some(DVec3::Z),
             Self::Boxgrid { .. } | Self::Wall { .. } => Some(DVec3::X),
-            Self::City { .. } | Self::Folds { .. } | Self::Terrain | Self::Fading => Some(DVec3::Y),
+            Self::City { .. } | Self::Folds { .. } | Self::Sheet { .. } | Self::Terrain | Self::Fading => {
+                Some(DVec3::Y)
+            }
             Self::Cone | Self::Torus | Self::Sphere | Self::Boss | Self::Loft => None,
         }
     }
@@ -195,6 +206,7 @@ impl ShapeName {
             Self::Cone => ("cone", None),
             Self::City { houses } => ("city", Some(f64::from(houses))),
             Self::Folds { angle_deg } => ("folds", Some(angle_deg)),
+            Self::Sheet { angle_deg } => ("sheet", Some(angle_deg)),
             Self::Torus => ("torus", None),
             Self::Stairs { step } => ("stairs", Some(step)),
             Self::Gear => ("gear", None),
@@ -212,7 +224,7 @@ impl ShapeName {
     fn number(self) -> Option<Number> {
         match self {
             Self::City { .. } => Some(Number { usual: 9.0, range: (1.0, 1e4), whole: true, says: "houses" }),
-            Self::Folds { .. } => {
+            Self::Folds { .. } | Self::Sheet { .. } => {
                 Some(Number { usual: 20.0, range: (0.1, 120.0), whole: false, says: "degrees" })
             }
             Self::Stairs { .. } => {
@@ -233,6 +245,7 @@ impl ShapeName {
         match self {
             Self::City { .. } => Self::City { houses: number as u32 },
             Self::Folds { .. } => Self::Folds { angle_deg: number },
+            Self::Sheet { .. } => Self::Sheet { angle_deg: number },
             Self::Stairs { .. } => Self::Stairs { step: number },
             Self::Boxgrid { .. } => Self::Boxgrid { gap: number },
             Self::Wall { .. } => Self::Wall { thickness: number },

@@ -36,7 +36,7 @@ pub enum Set {
 
 /// Shapes of the reference set: those of `tools/reference/shapes.py`.
 const REFERENCE: [&str; 11] = [
-    "box", "hexprism", "bracket", "cylinder", "rounded", "cone", "city", "folds20", "folds10", "folds5",
+    "box", "hexprism", "bracket", "cylinder", "rounded", "cone", "city", "sheet20", "sheet10", "sheet5",
     "torus",
 ];
 
@@ -45,7 +45,7 @@ const DENSE: [&str; 9] =
     ["stairs2", "stairs3", "stairs5", "gear", "boxgrid2", "boxgrid3", "boxgrid5", "wall2", "wall3"];
 
 /// Shapes of the weak set.
-const WEAK: [&str; 5] = ["terrain", "fading", "loft", "boss", "sphere"];
+const WEAK: [&str; 8] = ["terrain", "fading", "loft", "boss", "sphere", "folds20", "folds10", "folds5"];
 
 /// Shapes that are measured with every kind of noise: flat and curved faces, strong and weak folds, nothing at all.
 const NOISY: [&str; 5] = ["bracket", "cylinder", "city4", "folds20", "torus"];
