@@ -29,11 +29,15 @@ const CUTS: [(&str, u64); 4] = [("bracket", 500), ("city", 500), ("folds20", 300
 /// wide, and what a tile forgets to ask for there, it mostly has already. Some edges are a dozen cubes long. Where two of
 /// them follow each other, a patch lies near that the strip is not connected to, but shares levels with.
 const STRIP: &str = "strip";
+/// The same with enough noise for positions to be smoothed.
+const NOISY_STRIP: &str = "noisy strip";
 
 fn mesh_of(name: &str) -> Mesh {
-    if name != STRIP {
-        return Mesh::of_fixture(name);
-    }
+    let noise = match name {
+        STRIP => 0.1,
+        NOISY_STRIP => 0.3,
+        _ => return Mesh::of_fixture(name),
+    };
     let mut random = Random::new(1, "strip");
     let mut mesh = Mesh { positions: Vec::new(), faces: Vec::new() };
     let (mut y, mut lonely) = (0.0, Vec::new());
@@ -43,20 +47,20 @@ fn mesh_of(name: &str) -> Mesh {
         ys.push(y);
         lonely.extend((row % 25 == 23).then_some(y));
     }
-    add_roof(&mut mesh, &mut random, &ys, 0.0);
+    add_roof(&mut mesh, &mut random, &ys, 0.0, noise);
     for y in lonely {
-        add_roof(&mut mesh, &mut random, &[y + 1.0, y + 2.0, y + 3.0, y + 4.0, y + 5.0], 5.0);
+        add_roof(&mut mesh, &mut random, &[y + 1.0, y + 2.0, y + 3.0, y + 4.0, y + 5.0], 5.0, noise);
     }
     mesh
 }
 
 /// A gable roof with noise: ten vertices at each of `ys`.
-fn add_roof(mesh: &mut Mesh, random: &mut Random, ys: &[f64], height: f64) {
+fn add_roof(mesh: &mut Mesh, random: &mut Random, ys: &[f64], height: f64, noise: f64) {
     const COLUMNS: u32 = 10;
     for (row, &y) in ys.iter().enumerate() {
         for column in 0..COLUMNS {
             let (x, d) = (f64::from(column), mesh.positions.len() as u32);
-            let z = height - (x - 5.0).abs() + 0.1 * random.gaussian();
+            let z = height - (x - 5.0).abs() + noise * random.gaussian();
             mesh.positions.push(DVec3::new(x, y, z));
             if row > 0 && column > 0 {
                 let [a, b, c] = [d - COLUMNS - 1, d - COLUMNS, d - 1];
@@ -254,7 +258,7 @@ fn every_reach_that_is_a_step_too_short_is_noticed() {
     let changes: [Change; 8] = [
         ("link steps", |reach| reach.link_steps -= 1),
         ("thinning radius", |reach| reach.thin_radius *= 0.5),
-        ("average rounds", |reach| reach.average_rounds -= 1),
+        ("average rounds", |reach| reach.average_rounds = reach.average_rounds.saturating_sub(1)),
         ("trace steps", |reach| reach.trace_steps -= 1),
         ("revotes", |reach| reach.revotes -= 1),
         // Where no tile knows noise they are 0, and then there is nothing to lack.
@@ -263,9 +267,14 @@ fn every_reach_that_is_a_step_too_short_is_noticed() {
         ("further votes", |reach| reach.further_votes = reach.further_votes.saturating_sub(1)),
     ];
     for (what, change) in changes {
-        // The strip is noisy enough for positions to be smoothed, and for links to take as many steps as they may.
-        let noisy = ["smoothing rounds", "link steps"].contains(&what);
-        let (name, faces) = if noisy { (STRIP, 300) } else { ("bracket", 500) };
+        // Not every mesh is noisy enough for positions to be smoothed, or has links that take as many steps as they may.
+        let (name, faces) = match what {
+            "smoothing rounds" => (NOISY_STRIP, 300),
+            "link steps" => ("folds20", 150),
+            // Without noise nothing else reaches as far.
+            "contrast steps" => ("bracket_clean", 500),
+            _ => ("bracket", 500),
+        };
         assert_noticed(what, &steps(name, faces, change));
     }
 }

@@ -18,7 +18,9 @@ pub fn smooth(mesh: &TileMesh, scale: &Scale, rounds: &[u32], smoothed: &Rings) 
         positions = Field::compute(n, smoothed.within(most - round), |v| {
             let own = positions.get(v);
             let ring = mesh.ring_of(v);
-            if scale.smoothing_rounds(rounds[v as usize]) < round || ring.is_empty() || on_boundary(mesh, v) {
+            let asked = scale.smoothing_rounds(rounds[v as usize]);
+            debug_assert!(asked <= most, "round {asked} of smoothing lies outside what the halo covers");
+            if asked < round || ring.is_empty() || on_boundary(mesh, v) {
                 return own;
             }
             let mut sum = DVec3::ZERO;

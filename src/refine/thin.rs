@@ -24,6 +24,7 @@ pub fn average_along(
     for round in 1..=most {
         r = Field::compute(n, thinned.within(most - round), |v| {
             let own = Scale::average_rounds(rounds[v as usize], surroundings.get(v).calm);
+            debug_assert!(own <= most, "round {own} of R lies outside what the halo covers");
             if own >= round { average(mesh, votes, &r, v) } else { r.get(v) }
         });
     }

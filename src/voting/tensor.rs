@@ -151,7 +151,9 @@ pub fn widen(
     for round in 1..=rounds {
         tensors = Field::compute(n, folded.within(rounds - round), |v| {
             let own = tensors.get(v);
-            if surroundings.get(v).further < round {
+            let further = surroundings.get(v).further;
+            debug_assert!(further <= rounds, "further vote {further} lies outside what the halo covers");
+            if further < round {
                 return own;
             }
             let mut sum = own.scaled(2.0);
