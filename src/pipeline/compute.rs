@@ -8,9 +8,10 @@ use crate::config::{Params, method};
 use crate::math::DEGREE;
 use crate::mesh::Field;
 use crate::partition::Plan;
-use crate::refine::{Evidence, Link, Linker, Support, average_along, contrast, ridges};
+use crate::refine::{Evidence, Fit, Fitter, Link, Linker, Support, average_along, contrast, ridges};
 use crate::stitch::{Class, Fragments, LineVertex, LinkPath, OpenEdge, VertexFields};
 use crate::voting::{Stop, Vote, first_votes, refine, stops, thresholds, vote_again, votes};
+use glam::DVec3;
 
 /// What one tile contributes.
 pub struct TileResult {
@@ -24,9 +25,9 @@ pub struct TileResult {
     pub owned_faces: u64,
 }
 
-/// Steps A to D. `with_fields` asks for the fields of every owned vertex.
+/// Steps A to D, and F as far as it is local. `with_fields` asks for the fields of every owned vertex.
 pub fn compute(tile: &Certified, plan: &Plan, params: &Params, with_fields: bool) -> TileResult {
-    let votes = vote(tile, plan);
+    let (normals, votes) = vote(tile, plan);
     let finding = find(tile, plan, params, votes);
     let links = finding.links(tile, plan);
     let (open_edges, defects) = census(tile);
@@ -36,10 +37,12 @@ pub fn compute(tile: &Certified, plan: &Plan, params: &Params, with_fields: bool
     named.extend(open_edges.iter().flat_map(|e| e.ends));
     named.sort_unstable();
     named.dedup();
+    let with = if with_fields { tile.demand.owned.as_slice() } else { &[] };
+    let fits = finding.fits(tile, plan, &normals, &named, with);
     let global = |l: &Link| LinkPath::new(l.vertices.iter().map(|&v| mesh.id(v)), l.weight);
     let owned = &tile.demand.owned;
     let fragments = Fragments {
-        vertices: named.iter().map(|&v| finding.line_vertex(tile, v)).collect(),
+        vertices: named.iter().map(|&v| finding.line_vertex(tile, &fits, v)).collect(),
         links: links.iter().map(global).collect(),
         open_edges: open_edges
             .iter()
@@ -48,22 +51,22 @@ pub fn compute(tile: &Certified, plan: &Plan, params: &Params, with_fields: bool
         largest_salience: finding.support.max_over(owned, |s| s.salience),
         defects,
     };
-    let with = if with_fields { owned.as_slice() } else { &[] };
     TileResult {
         fragments,
-        fields: with.iter().map(|&v| finding.fields(tile, v)).collect(),
+        fields: with.iter().map(|&v| finding.fields(tile, &fits, v)).collect(),
         loaded_faces: mesh.face_count() as u64,
         owned_faces: mesh.corners.iter().filter(|c| tile.owns_face(c)).count() as u64,
     }
 }
 
 /// Steps A and B: refined normals, tensors, fold angles.
-fn vote(tile: &Certified, plan: &Plan) -> Field<Vote> {
+fn vote(tile: &Certified, plan: &Plan) -> (Vec<DVec3>, Field<Vote>) {
     let Certified { mesh, faces, demand, .. } = tile;
     let normals = refine(mesh, faces, &plan.scale, &tile.noise, &tile.needed);
     let tokens = first_votes(mesh, faces, &normals, &plan.scale, &demand.voted);
     let again = vote_again(mesh, &tokens, &plan.scale, &demand.voted);
-    votes(mesh, &tokens, &again, &demand.voted)
+    let votes = votes(mesh, &tokens, &again, &demand.voted);
+    (normals, votes)
 }
 
 /// Contrast, thresholds, stops and support.
@@ -102,7 +105,18 @@ impl Finding {
         links
     }
 
-    fn class(&self, v: u32) -> Class {
+    /// Step F at the vertices of lines (`named`) and at those of `with` that are features.
+    fn fits(&self, tile: &Certified, plan: &Plan, normals: &[DVec3], named: &[u32], with: &[u32]) -> Field<Fit> {
+        let Finding { votes, support, stops } = self;
+        let feature = |v: &u32| support.get(*v).feature() && !stops.get(*v).any();
+        let mut at: Vec<u32> = with.iter().copied().filter(feature).chain(named.iter().copied()).collect();
+        at.sort_unstable();
+        at.dedup();
+        let Certified { mesh, faces, vertex_rounds: rounds, .. } = tile;
+        Fitter { mesh, faces, normals, scale: &plan.scale, votes, stops, rounds }.fits(&at)
+    }
+
+    fn class(&self, fits: &Field<Fit>, v: u32) -> Class {
         let stop = self.stops.get(v);
         if stop.boundary {
             Class::Boundary
@@ -110,21 +124,23 @@ impl Finding {
             Class::Corner
         } else if !self.support.get(v).feature() {
             Class::Face
-        } else if self.votes.get(v).theta >= method::SHARP_DEG * DEGREE {
+        } else if fits.get(v).angle >= method::SHARP_DEG * DEGREE {
             Class::Sharp
         } else {
             Class::Weak
         }
     }
 
-    fn line_vertex(&self, tile: &Certified, v: u32) -> LineVertex {
+    fn line_vertex(&self, tile: &Certified, fits: &Field<Fit>, v: u32) -> LineVertex {
         let stop = self.stops.get(v);
         LineVertex {
             id: tile.mesh.id(v),
             position: tile.mesh.position(v),
+            fitted: tile.mesh.position(v),
             theta: self.votes.get(v).theta,
+            fit: fits.get(v),
             salience: self.support.get(v).salience,
-            class: self.class(v),
+            class: self.class(fits, v),
             corner: stop.corner,
             stop: stop.any(),
             strong: self.support.get(v).strong(),
@@ -132,7 +148,7 @@ impl Finding {
         }
     }
 
-    fn fields(&self, tile: &Certified, v: u32) -> VertexFields {
+    fn fields(&self, tile: &Certified, fits: &Field<Fit>, v: u32) -> VertexFields {
         let vote = self.votes.get(v);
         VertexFields {
             id: tile.mesh.id(v),
@@ -140,7 +156,7 @@ impl Finding {
             eigenvalues: vote.eigenvalues,
             omega: vote.omega(),
             salience: self.support.get(v).salience,
-            class: self.class(v),
+            class: self.class(fits, v),
         }
     }
 }

@@ -1,14 +1,20 @@
-//! Steps B (contrast), C and D: which vertices are features, and how they hang together along the mesh.
+//! Steps B (contrast), C, D and F: which vertices are features, how they hang together along the mesh, and where the lines
+//! run between its vertices.
 //!
 //! Pure functions of a tile mesh and its votes; they cannot tell whether the tile is one of a thousand or the only one.
 
 mod contrast;
+mod fit;
 mod link;
+mod patch;
+mod plane;
+mod sides;
 mod support;
 mod thin;
 mod walk;
 
 pub use contrast::contrast;
+pub use fit::{Bend, Fit, Fitter, noise_share, slack};
 pub use link::{Link, Linker};
 pub use support::{Evidence, Support};
 pub use thin::{average_along, ridges};
