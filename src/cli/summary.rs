@@ -200,6 +200,7 @@ mod tests {
     use super::*;
     use crate::partition::{Bounds, Scan};
     use crate::pipeline::{Stage, Work};
+    use crate::refine::Bend;
     use crate::stitch::{Defects, LineSet};
 
     fn detection(lines: Vec<Line>) -> Detection {

@@ -1,8 +1,8 @@
 //! The faces near a vertex, as the fit of planes looks at them.
 //!
 //! In: refined normals. Out: the faces within a radius, in units of kh relative to the vertex, with their neighbours over
-//! edges. A patch is found by one-ring steps inside the radius, the one-ring itself whatever its length, so that it holds
-//! nothing that only lies near in space. It depends on nothing farther away than that.
+//! edges. A patch is made of the faces around those vertices that one-ring steps inside the radius lead to, so that it
+//! holds nothing that only lies near in space, and depends on nothing beyond these faces.
 
 use crate::mesh::{Csr, Field, TileMesh};
 use crate::partition::Scale;
@@ -13,6 +13,7 @@ use glam::DVec3;
 const LEAST_NEARNESS: f64 = 0.1;
 
 /// Faces with an area near a vertex, by ascending id. Lengths in kh, relative to the vertex.
+#[derive(Default)]
 pub(super) struct Patch {
     /// Corner positions.
     pub corners: Vec<[DVec3; 3]>,
@@ -20,11 +21,9 @@ pub(super) struct Patch {
     pub centres: Vec<DVec3>,
     /// Refined unit normals.
     pub normals: Vec<DVec3>,
-    /// Areas.
-    pub areas: Vec<f64>,
     /// Area times a weight that falls from 1 at the vertex to 0 at the radius.
     pub weights: Vec<f64>,
-    /// Area over 1 + distance^2 for the faces around the one-ring, 0 for the others.
+    /// Area over 1 + distance^2 for the faces around the vertex and its one-ring, 0 for the others.
     pub near: Vec<f64>,
     /// Whether the vertex is a corner of the face.
     pub own: Vec<bool>,
@@ -51,60 +50,72 @@ impl Surface<'_> {
     pub fn patch(&self, v: u32, radius: f64) -> Patch {
         let mesh = self.mesh;
         let (origin, unit) = (mesh.position(v), self.scale.length(1.0));
-        let ring = mesh.ring_of(v);
-        let mut ids: Vec<u32> = self.within(v, radius * unit);
-        ids.extend_from_slice(ring);
-        ids = ids.iter().flat_map(|&u| self.faces_around(u)).copied().collect();
-        ids.sort_unstable();
-        ids.dedup();
-        ids.retain(|&f| self.faces.areas[f as usize] > 0.0);
-
-        let corners: Vec<[DVec3; 3]> = ids
-            .iter()
-            .map(|&f| mesh.corners[f as usize].map(|u| (mesh.position(u) - origin) / unit))
-            .collect();
-        let centres: Vec<DVec3> = corners.iter().map(|[a, b, c]| (a + b + c) / 3.0).collect();
-        let areas: Vec<f64> = ids.iter().map(|&f| self.faces.areas[f as usize] / (unit * unit)).collect();
-        let own: Vec<bool> = ids.iter().map(|&f| mesh.corners[f as usize].contains(&v)).collect();
-        let of_ring = |u: &u32| *u == v || ring.binary_search(u).is_ok();
-        let mut patch = Patch {
-            weights: Vec::with_capacity(ids.len()),
-            near: Vec::with_capacity(ids.len()),
-            normals: ids.iter().map(|&f| self.normals[f as usize]).collect(),
-            neighbours: neighbours(mesh, &ids),
-            corners,
-            centres,
-            areas,
-            own,
+        let (ball, ring) = self.within(v, radius * unit);
+        let around = |vertices: &[u32]| {
+            let mut faces: Vec<u32> = vertices.iter().flat_map(|&u| self.faces_around(u)).copied().collect();
+            faces.sort_unstable();
+            faces.dedup();
+            faces
         };
-        for (i, &f) in ids.iter().enumerate() {
-            let distance2 = patch.centres[i].dot(patch.centres[i]);
-            let nearness = 1.0 - distance2 / (radius * radius);
-            let nearness = nearness.max(if patch.own[i] { LEAST_NEARNESS } else { 0.0 });
-            patch.weights.push(patch.areas[i] * nearness * nearness);
-            let near = mesh.corners[f as usize].iter().any(of_ring);
-            patch.near.push(if near { patch.areas[i] / (1.0 + distance2) } else { 0.0 });
+        let nearest = around(&ball[..ring]);
+        let mut ids = Vec::new();
+        let mut patch = Patch::default();
+        for f in around(&ball) {
+            let area = self.faces.areas[f as usize] / (unit * unit);
+            if area > 0.0 {
+                let corners = mesh.corners[f as usize].map(|u| (mesh.position(u) - origin) / unit);
+                let centre = (corners[0] + corners[1] + corners[2]) / 3.0;
+                let distance2 = centre.dot(centre);
+                let own = mesh.corners[f as usize].contains(&v);
+                let nearness = 1.0 - distance2 / (radius * radius);
+                let nearness = nearness.max(if own { LEAST_NEARNESS } else { 0.0 });
+                let near = nearest.binary_search(&f).is_ok();
+                if nearness > 0.0 || near {
+                    ids.push(f);
+                    patch.corners.push(corners);
+                    patch.centres.push(centre);
+                    patch.normals.push(self.normals[f as usize]);
+                    patch.weights.push(area * nearness * nearness);
+                    patch.near.push(if near { area / (1.0 + distance2) } else { 0.0 });
+                    patch.own.push(own);
+                }
+            }
         }
+        patch.neighbours = neighbours(mesh, &ids);
         self.orient(v, &ids, &mut patch);
         patch
     }
 
-    /// Vertices that one-ring steps inside `radius` (mesh units) lead to, `v` first.
-    fn within(&self, v: u32, radius: f64) -> Vec<u32> {
+    /// Vertices that one-ring steps inside `radius` (mesh units) lead to, in rings; and how many of them are `v` and its
+    /// one-ring, which come first.
+    fn within(&self, v: u32, radius: f64) -> (Vec<u32>, usize) {
         let origin = self.mesh.position(v);
-        let mut ball = vec![v];
-        let mut next = 0;
-        while next < ball.len() {
-            for &w in self.mesh.ring_of(ball[next]) {
-                let e = self.mesh.position(w) - origin;
-                // A ball is a hundred vertices; looking through it is cheaper than a set.
-                if e.dot(e) <= radius * radius && !ball.contains(&w) {
-                    ball.push(w);
-                }
+        let (mut ball, mut ends) = (vec![v], vec![0, 1]);
+        loop {
+            let [before, last] = [ends[ends.len() - 2], ends[ends.len() - 1]];
+            if before == last {
+                return (ball, ends[2.min(ends.len() - 1)]);
             }
-            next += 1;
+            let mut next: Vec<u32> = ball[before..last]
+                .iter()
+                .flat_map(|&u| self.mesh.ring_of(u))
+                .copied()
+                .filter(|&w| {
+                    let e = self.mesh.position(w) - origin;
+                    e.dot(e) <= radius * radius
+                })
+                .collect();
+            next.sort_unstable();
+            next.dedup();
+            // Each ring is ascending, and neighbours of a ring lie in it or beside it.
+            let known = |w: &u32| {
+                let inner = if ends.len() > 2 { &ball[ends[ends.len() - 3]..before] } else { &[] };
+                ball[before..last].binary_search(w).is_ok() || inner.binary_search(w).is_ok()
+            };
+            next.retain(|w| !known(w));
+            ball.extend(next);
+            ends.push(ball.len());
         }
-        ball
     }
 
     /// Faces around `u`, whose refined normals must be known.
@@ -148,7 +159,7 @@ impl Surface<'_> {
 impl Patch {
     /// Number of faces.
     pub fn len(&self) -> usize {
-        self.areas.len()
+        self.weights.len()
     }
 
     /// The faces of positive weight that are connected over edges to those around the vertex or, if it has none, to those
@@ -163,37 +174,31 @@ impl Patch {
         }
         let mut inside = vec![false; self.len()];
         found.iter().for_each(|&i| inside[i as usize] = true);
-        let mut next = 0;
-        while next < found.len() {
-            for &j in self.neighbours.row(found[next]) {
+        while let Some(i) = found.pop() {
+            for &j in self.neighbours.row(i) {
                 if weights[j as usize] > 0.0 && !inside[j as usize] {
                     inside[j as usize] = true;
                     found.push(j);
                 }
             }
-            next += 1;
         }
-        found.sort_unstable();
-        found
+        (0..self.len() as u32).filter(|&i| inside[i as usize]).collect()
     }
 }
 
-/// For each of the faces `ids`, those of them that share an edge with it; by place in the list.
+/// For each of the faces `ids` (ascending), those of them that share an edge with it; by place in the list.
 fn neighbours(mesh: &TileMesh, ids: &[u32]) -> Csr {
-    let mut sides: Vec<([u32; 2], u32)> = Vec::with_capacity(3 * ids.len());
-    for (i, &f) in (0..).zip(ids) {
+    let (mut lengths, mut items) = (Vec::with_capacity(ids.len()), Vec::with_capacity(3 * ids.len()));
+    for &f in ids {
+        let before = items.len();
         let [a, b, c] = mesh.corners[f as usize];
-        sides.extend([[a, b], [b, c], [c, a]].map(|[a, b]| ([a.min(b), a.max(b)], i)));
-    }
-    sides.sort_unstable();
-    let mut pairs: Vec<(u32, u32)> = Vec::with_capacity(sides.len());
-    for edge in sides.chunk_by(|a, b| a.0 == b.0) {
-        for &(_, i) in edge {
-            pairs.extend(edge.iter().filter(|(_, j)| *j != i).map(|&(_, j)| (i, j)));
+        for [a, b] in [[a, b], [b, c], [c, a]] {
+            // What is not loaded around a corner is not in the patch either.
+            let beside =
+                mesh.faces_around.row(a).iter().filter(|&&g| g != f && mesh.corners[g as usize].contains(&b));
+            items.extend(beside.filter_map(|g| ids.binary_search(g).ok()).map(|j| j as u32));
         }
+        lengths.push((items.len() - before) as u32);
     }
-    pairs.sort_unstable();
-    let mut lengths = vec![0u32; ids.len()];
-    pairs.iter().for_each(|(i, _)| lengths[*i as usize] += 1);
-    Csr::from_rows(lengths.into_iter(), pairs.into_iter().map(|(_, j)| j).collect())
+    Csr::from_rows(lengths.into_iter(), items)
 }

@@ -9,7 +9,7 @@ use crease::mesh::{Field, TileMesh};
 use crease::partition::{
     Cell, Demand, Gap, Loaded, Plan, Reach, load, merge, noise_demand, round_demand, scan, vertex_demand,
 };
-use crease::refine::{Evidence, Link, Linker, Support, average_along, contrast, ridges};
+use crease::refine::{Evidence, Fit, Fitter, Link, Linker, Support, average_along, contrast, ridges};
 use crease::voting::{
     FaceGeometry, Noise, Stop, Token, Vote, first_votes, refine, rounds, stops, thresholds, vote_again, votes,
 };
@@ -87,10 +87,12 @@ pub struct Steps {
     pub ridge: Field<bool>,
     /// Paths from the ridge vertices that the tile owns.
     pub links: Vec<Link>,
+    /// Wherever a line vertex may be.
+    pub fits: Field<Fit>,
 }
 
 impl Steps {
-    /// Steps A to D.
+    /// Steps A to D, and F as far as it is local.
     pub fn compute(tile: &Tile, plan: &Plan, params: &Params) -> Steps {
         let Tile { mesh, demand, .. } = tile;
         let scale = &plan.scale;
@@ -116,6 +118,9 @@ impl Steps {
         let linker = Linker { mesh, votes: &votes, r: &r, support: &support, stops: &stops, ridge: &ridge };
         let mut links = Vec::new();
         demand.owned.iter().for_each(|&v| linker.links_from(v, &mut links));
-        Steps { normals, tokens, again, votes, contrast, threshold, stops, support, r, ridge, links }
+        let (faces, rounds) = (&tile.faces, &tile.vertex_rounds);
+        let fitter = Fitter { mesh, faces, normals: &normals, scale, votes: &votes, stops: &stops, rounds };
+        let fits = fitter.fits(&demand.linked);
+        Steps { normals, tokens, again, votes, contrast, threshold, stops, support, r, ridge, links, fits }
     }
 }

@@ -25,16 +25,16 @@ def unit(x):
 
 
 def quantities(m, N, v, r):
-    """faces of the patch around v: ids, barycentres, normals, areas, weight of distance, whether near (around the one-ring),
+    """faces around the vertices within r of v: barycentres, normals, areas, weight of distance, whether near (around the one-ring),
     whether own (around v), neighbours over edges"""
     V, h = m.V, m.h
-    ring = m.vv[m.vvp[v]:m.vvp[v + 1]]
     seen = {v}; ball = [v]
     for u in ball:
         for w in m.vv[m.vvp[u]:m.vvp[u + 1]]:
             if w not in seen and ((V[w] - V[v]) ** 2).sum() <= (r * h) ** 2:
                 seen.add(w); ball.append(w)
     around = lambda vs: {int(f) for u in vs for f in m.vf[m.vfp[u]:m.vfp[u + 1]]}
+    ring = set(m.vv[m.vvp[v]:m.vvp[v + 1]]) & seen
     near = around([v, *ring]); own = around([v])
     ids = np.array(sorted(f for f in near | around(ball) if m.A[f] > 0), int)
     if not len(ids):
