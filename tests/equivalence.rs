@@ -7,22 +7,25 @@ mod support;
 
 use crease::input::{IoMode, PlySource};
 use crease::output::{AttributeFile, write_ply};
+use crease::stitch::Geometry;
 use crease::{Job, Limits, Method, PaperThresholds, Params, Sigma, Silent, Tiling};
 use std::path::{Path, PathBuf};
 use support::{fixture, real_mesh};
 
 const FIXTURES: [&str; 7] = ["city", "bracket", "bracket_clean", "folds20", "folds10", "defects", "polygons"];
 
-/// Both output files, and how the work went.
+/// All output files, and how the work went.
 struct Outcome {
     lines: Vec<u8>,
+    fitted: Vec<u8>,
     attributes: Vec<u8>,
     tiles: u64,
 }
 
 fn outcome(mesh: &Path, params: Params, limits: Limits) -> Outcome {
     let dir = tempfile::tempdir().expect("a temporary directory");
-    let (lines, attributes) = (dir.path().join("lines.ply"), dir.path().join("attributes.ply"));
+    let [lines, fitted, attributes] =
+        ["lines.ply", "fitted.ply", "attributes.ply"].map(|name| dir.path().join(name));
     let source = PlySource::open(mesh, limits.io).unwrap_or_else(|e| panic!("{e}"));
     let mut table = AttributeFile::create(&attributes, &source).unwrap_or_else(|e| panic!("{e}"));
     let found = Job::new(&source, params, limits, &Silent)
@@ -30,8 +33,14 @@ fn outcome(mesh: &Path, params: Params, limits: Limits) -> Outcome {
         .unwrap_or_else(|e| panic!("{} {limits:?}: {e}", mesh.display()));
     table.finish(found.lines.largest_salience).unwrap_or_else(|e| panic!("{e}"));
     write_ply(&lines, &found.lines).unwrap_or_else(|e| panic!("{e}"));
+    write_ply(&fitted, &found.lines.with_geometry(Geometry::Fitted)).unwrap_or_else(|e| panic!("{e}"));
     let read = |path| std::fs::read(path).expect("an output file");
-    Outcome { lines: read(lines), attributes: read(attributes), tiles: found.work.tiles }
+    Outcome {
+        lines: read(lines),
+        fitted: read(fitted),
+        attributes: read(attributes),
+        tiles: found.work.tiles,
+    }
 }
 
 /// Says where two files first differ rather than printing them.
@@ -48,6 +57,7 @@ fn assert_equivalent(mesh: &Path, params: Params, limits: &[Limits]) {
         let cut = outcome(mesh, params, limits);
         let what = format!("{} {limits:?} ({} tiles)", mesh.display(), cut.tiles);
         assert_same(&format!("{what}: lines"), &whole.lines, &cut.lines);
+        assert_same(&format!("{what}: fitted lines"), &whole.fitted, &cut.fitted);
         assert_same(&format!("{what}: attributes"), &whole.attributes, &cut.attributes);
     }
 }

@@ -12,8 +12,8 @@ mod support;
 
 use crease::input::MeshSource;
 use crease::mesh::VertexId;
-use crease::partition::{Plan, Reach};
-use crease::refine::Link;
+use crease::partition::{Plan, Reach, Scale};
+use crease::refine::{Fitter, Link};
 use crease::{Error, Params, Tiling};
 use glam::DVec3;
 use random::Random;
@@ -193,6 +193,7 @@ impl Whole {
             })
             .or_else(|| differs("R", thinned, &|v, w| steps.r.get(v) == ours.r.get(w)))
             .or_else(|| differs("ridge", &demand.linked, &|v, w| steps.ridge.get(v) == ours.ridge.get(w)))
+            .or_else(|| differs("fit", &demand.linked, &|v, w| steps.fits.get(v) == ours.fits.get(w)))
     }
 }
 
@@ -234,7 +235,12 @@ fn compare(name: &str, faces: u64, change: impl Fn(&mut Reach), spoil: impl Fn(&
             None => Outcome::Equal,
         }
     };
-    catch_unwind(AssertUnwindSafe(tiles)).unwrap_or_else(|panic| {
+    outcome_of(tiles)
+}
+
+/// What `job` found, or what it panicked with.
+fn outcome_of(job: impl FnOnce() -> Outcome) -> Outcome {
+    catch_unwind(AssertUnwindSafe(job)).unwrap_or_else(|panic| {
         let message = panic.downcast_ref::<String>().cloned();
         let message = message.or_else(|| panic.downcast_ref::<&str>().map(|s| s.to_string()));
         Outcome::Caught(message.unwrap_or_default())
@@ -302,6 +308,38 @@ fn a_round_of_refinement_that_the_halo_lacks_is_noticed() {
             assert!(what.contains("refined normal"), "{name}: {what}");
         }
     }
+}
+
+/// Patches lie within the level cubes around their vertex. One that is much wider must not go unnoticed.
+#[test]
+fn a_patch_that_reaches_beyond_the_level_cubes_is_noticed() {
+    let mesh = mesh_of(STRIP);
+    let source = mesh.source();
+    let [whole, cut] =
+        [Tiling::InCore, Tiling::Faces(300)].map(|tiling| plan(&source, &Params::default(), tiling));
+    let whole = Whole::new(&source, &whole);
+    let reach = Reach::new(&cut.scale);
+    let wide = Scale { k: 12.0, ..cut.scale };
+    let fits = |tile: &Tile, steps: &Steps| {
+        let Tile { mesh, faces, vertex_rounds: rounds, .. } = tile;
+        let Steps { normals, votes, stops, .. } = steps;
+        Fitter { mesh, faces, normals, scale: &wide, votes, stops, rounds }.fits(&tile.demand.owned)
+    };
+    let expected = fits(&whole.tile, &whole.steps);
+    let tiles = || {
+        for cell in &cut.cells {
+            let tile = Tile::load(&source, &cut, &reach, cell);
+            let found = fits(&tile, &Steps::compute(&tile, &cut, &Params::default()));
+            for &v in &tile.demand.owned {
+                let w = Whole::place(&whole.tile.mesh.vertex_ids, &tile.mesh.id(v));
+                if found.get(v) != expected.get(w) {
+                    return Outcome::Different(format!("fit of {}", tile.mesh.id(v)));
+                }
+            }
+        }
+        Outcome::Equal
+    };
+    assert_noticed("a wide patch", &outcome_of(tiles));
 }
 
 #[test]

@@ -2,6 +2,8 @@
 
 mod support;
 
+use crease::glam::DVec3;
+use crease::refine::Bend;
 use crease::stitch::Class;
 use crease::{Detection, Params};
 use std::collections::BTreeSet;
@@ -40,6 +42,27 @@ fn compare(name: &str) {
     );
     assert_eq!(edges(&found), golden_edges(name), "the lines run along other edges");
     assert_eq!(found.lines.lines.len(), golden_chains(name).len());
+    compare_fits(name, &found);
+}
+
+/// Dihedral angles and fitted points of all line vertices. The planes are least squares of least squares, and the golden
+/// numbers are rounded: points agree to a millionth of an edge, angles to a thousandth of a degree.
+fn compare_fits(name: &str, found: &Detection) {
+    let (chains, points, angles): (Vec<Vec<u64>>, Vec<Vec<[f64; 3]>>, Vec<Vec<f64>>) =
+        (golden(name, "chains"), golden(name, "fitted"), golden(name, "angles"));
+    let mut compared = 0;
+    for (chain, (points, angles)) in chains.iter().zip(points.iter().zip(&angles)) {
+        for (&id, (&point, &angle)) in chain.iter().zip(points.iter().zip(angles)) {
+            let place = found.lines.vertices.binary_search_by_key(&id, |v| v.id.0).expect("a line vertex");
+            let ours = &found.lines.vertices[place];
+            let signed = if ours.fit.bend == Bend::Concave { -ours.fit.angle } else { ours.fit.angle };
+            assert!((signed.to_degrees() - angle).abs() < 1e-3, "{id}: {signed} rad, golden {angle} deg");
+            let apart = (ours.fitted - DVec3::from(point)).length();
+            assert!(apart < 1e-6, "{id}: {} is {apart} from the golden {point:?}", ours.fitted);
+            compared += 1;
+        }
+    }
+    assert!(compared > 100, "{compared} vertices are hardly a comparison");
 }
 
 #[test]
@@ -67,9 +90,14 @@ fn edges(found: &Detection) -> BTreeSet<(u64, u64)> {
 }
 
 fn golden_chains(name: &str) -> Vec<Vec<u64>> {
+    golden(name, "chains")
+}
+
+/// One of the lists in the golden lines.
+fn golden<T: serde::de::DeserializeOwned>(name: &str, list: &str) -> T {
     let text = std::fs::read_to_string(fixture(&format!("golden/{name}.lines.json"))).expect("golden lines");
     let json: serde_json::Value = serde_json::from_str(&text).expect("JSON");
-    serde_json::from_value(json["chains"].clone()).expect("chains of vertex ids")
+    serde_json::from_value(json[list].clone()).unwrap_or_else(|e| panic!("{list} of {name}: {e}"))
 }
 
 fn golden_edges(name: &str) -> BTreeSet<(u64, u64)> {

@@ -6,6 +6,7 @@
 use super::method::{MethodArgs, refusal};
 use crate::config::{DEFAULT_TILE_FACES, Limits, Params, Sigma, Tiling, method};
 use crate::input::IoMode;
+use crate::stitch::Geometry;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use std::ffi::OsString;
 use std::path::PathBuf;
@@ -105,6 +106,12 @@ pub(super) struct DetectArgs {
 
     #[command(flatten)]
     pub work: WorkArgs,
+
+    /// Where the lines run: `vertices`, the default, along edges of the mesh, from vertex to vertex; `fitted`, where the
+    /// surfaces on both sides meet, smoothed along the line, as a person would draw them.
+    #[arg(long, value_enum, value_name = "KIND", help_heading = OUTPUT, default_value = "vertices",
+          hide_default_value = true, hide_possible_values = true)]
+    pub geometry: GeometryArg,
 
     /// Where to write the lines. Default: the name of the input with `.creases.ply` for its extension, in the current
     /// directory.
@@ -272,6 +279,22 @@ impl From<Io> for IoMode {
             Io::Auto => IoMode::Auto,
             Io::Map => IoMode::Map,
             Io::Read => IoMode::Read,
+        }
+    }
+}
+
+/// Where lines run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(super) enum GeometryArg {
+    Vertices,
+    Fitted,
+}
+
+impl From<GeometryArg> for Geometry {
+    fn from(geometry: GeometryArg) -> Geometry {
+        match geometry {
+            GeometryArg::Vertices => Geometry::Vertices,
+            GeometryArg::Fitted => Geometry::Fitted,
         }
     }
 }

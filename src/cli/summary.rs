@@ -213,6 +213,7 @@ mod tests {
     use super::*;
     use crate::partition::{Bounds, Scan};
     use crate::pipeline::{Stage, Work};
+    use crate::refine::Bend;
     use crate::stitch::{Defects, LineSet};
 
     fn detection(lines: Vec<Line>) -> Detection {
@@ -262,7 +263,9 @@ mod tests {
     }
 
     fn line(class: Class, length: f64, angle: f64) -> Line {
-        Line { vertices: vec![0, 1, 0], class, closed: class == Class::Weak, length, strength: 0.5, angle }
+        let closed = class == Class::Weak;
+        let bend = Bend::Unknown;
+        Line { vertices: vec![0, 1, 0], class, closed, length, strength: 0.5, angle, bend }
     }
 
     #[test]

@@ -127,3 +127,48 @@ pub const PRUNE_LENGTH: f64 = 6.0;
 pub const MIN_LENGTH: f64 = 8.0;
 /// Graph: least share of a component's length that must lie between strong vertices.
 pub const STRONG_SHARE: f64 = 0.25;
+
+/// Fit: radius of the patch where there is no noise. Two rings: a plane through fewer vertices would be the vertices.
+pub const FIT_NEAR: f64 = 2.5;
+/// Fit: with so many refinement rounds (noise from .2 on) a patch is as wide as it gets.
+pub const FIT_NOISY_ROUNDS: f64 = 20.0;
+/// Fit: radius of the patch there. The slope of a plane through a patch is the surer the wider it
+/// is, with the square of the radius. Less than a level cube, which the halo makes use of.
+pub const FIT_FAR: f64 = 5.5;
+/// Fit: a face belongs to a plane if the chord between the normals is below this (29 degrees): wide enough for what noise
+/// is left in refined normals, narrower than half of a right angle, so that no plane lies between two others.
+pub const FIT_WIDTH: f64 = 0.5;
+/// Fit: what a face must agree better with one side than the other, in chords squared, to outweigh one kh of distance
+/// across. Two sides of a right angle are told apart by normals alone, those of ten degrees by place alone.
+pub const FIT_NORMAL: f64 = 5.0;
+/// Fit: over this length the weight of a face rises from 0 at the crease to 1: faces there may belong to either side.
+pub const FIT_RAMP: f64 = 0.5;
+/// Fit: rounds of telling the sides apart by normals and place. They settle in two or three.
+pub const SPLIT_ROUNDS: usize = 4;
+/// Fit: rounds of fitting planes to the sides and dividing the faces anew at the line where they meet.
+pub const FIT_ROUNDS: usize = 3;
+/// Fit: slopes are drawn to the refined normal as if the patch were wider by this: next to nothing for a wide patch, a
+/// great deal for three vertices in a row, whose slope across them is anybody's guess.
+pub const FIT_PULL: f64 = 0.3;
+/// Fit: standard error below which no plane is taken to be: surfaces are not flat to a fiftieth of an edge.
+pub const FIT_FLOOR: f64 = 0.02;
+/// Fit: how far a line vertex lies from its line, as a standard deviation: half an edge where there is no noise, twice
+/// that with much noise (measured: 0.3 to 0.7).
+pub const FIT_SLACK: f64 = 0.5;
+/// Fit: the crease is looked for so far from the vertex.
+pub const FIT_SHIFT: f64 = 1.0;
+/// Fit: planes that are looked for beyond two. A corner of five planes is enough for what is built.
+pub const MORE_PLANES: usize = 3;
+/// Fit: smallest share of the faces around the one-ring for a further plane.
+pub const MORE_SHARE: f64 = 0.1;
+/// Fit: a further plane counts the less the farther from the vertex it passes, from here on not at all: else it would draw
+/// the vertices before a corner into it. At a corner twice as far.
+pub const MORE_CLOSE: f64 = 1.0;
+/// Fit: no point is moved farther than this.
+pub const FIT_MOVE: f64 = 1.5;
+
+/// Smoothing: stiffness of a line against bending. A line whose planes are sure to a tenth of kh follows them within two
+/// edges; one whose planes hardly tell where they meet is drawn straight over ten.
+pub const LINE_STIFFNESS: f64 = 200.0;
+/// Smoothing: edges between fitted points count as at least so long: points may fall together.
+pub const LINE_SHORTEST: f64 = 0.25;

@@ -1,8 +1,12 @@
 //! Small exact-order numerics: everything here uses + - * / sqrt, and `libm` where that does not do, so that the bits
 //! of a result depend on its operands alone and not on the machine.
 
+mod banded;
+mod quadric;
 mod sym3;
 
+pub use banded::Banded;
+pub use quadric::Quadric;
 pub use sym3::{Eigen, Sym3};
 
 use glam::DVec3;

@@ -47,6 +47,22 @@ impl Sym3 {
         Sym3 { diag: self.diag * factor, off: self.off * factor }
     }
 
+    /// Solves `self x = right` by Cholesky's method. The matrix must be positive definite.
+    pub fn solve(&self, right: DVec3) -> DVec3 {
+        let (d, o) = (self.diag, self.off);
+        let l00 = d.x.sqrt();
+        let (l10, l20) = (o.z / l00, o.y / l00);
+        let l11 = (d.y - l10 * l10).sqrt();
+        let l21 = (o.x - l20 * l10) / l11;
+        let l22 = (d.z - l20 * l20 - l21 * l21).sqrt();
+        let y0 = right.x / l00;
+        let y1 = (right.y - l10 * y0) / l11;
+        let y2 = (right.z - l20 * y0 - l21 * y1) / l22;
+        let z = y2 / l22;
+        let y = (y1 - l21 * z) / l11;
+        DVec3::new((y0 - l10 * y - l20 * z) / l00, y, z)
+    }
+
     /// The eigensystem.
     pub fn eigen(&self) -> Eigen {
         let mut a = [
@@ -142,6 +158,18 @@ mod tests {
         assert_eq!(Sym3::default().eigen().values, [0.0; 3]);
         let nan = Sym3 { diag: DVec3::NAN, off: DVec3::NAN };
         assert!(nan.eigen().values[0].is_nan());
+    }
+
+    #[test]
+    fn systems_are_solved() {
+        let t = Sym3 { diag: DVec3::new(4.0, 5.0, 6.0), off: DVec3::new(1.0, -2.0, 0.5) };
+        let x = DVec3::new(0.3, -0.7, 2.0);
+        let right = DVec3::new(
+            t.diag.x * x.x + t.off.z * x.y + t.off.y * x.z,
+            t.off.z * x.x + t.diag.y * x.y + t.off.x * x.z,
+            t.off.y * x.x + t.off.x * x.y + t.diag.z * x.z,
+        );
+        assert!((t.solve(right) - x).length() < 1e-14);
     }
 
     proptest! {

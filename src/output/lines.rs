@@ -6,7 +6,7 @@
 use super::OutputError;
 use super::part_file::PartFile;
 use crate::math::DEGREE;
-use crate::stitch::{Line, LineSet};
+use crate::stitch::{Geometry, Line, LineSet};
 use std::io::{BufWriter, Write};
 use std::path::Path;
 
@@ -48,26 +48,33 @@ fn write_all(
     // PLY has no 64-bit integers; a double holds ids up to 2^53 exactly.
     let wide = lines.vertices.last().is_some_and(|v| v.id.0 > u64::from(u32::MAX));
     let source = if wide { "double" } else { "uint" };
+    let geometry = match lines.geometry {
+        Geometry::Vertices => "vertices",
+        Geometry::Fitted => "fitted",
+    };
     write!(
         out,
         "ply\nformat binary_little_endian 1.0\ncomment feature lines found by crease\n\
+         comment geometry {geometry}\n\
          element vertex {vertices}\nproperty double x\nproperty double y\nproperty double z\n\
          property {source} source\nproperty double saliency\nproperty double angle\nproperty uchar class\n\
+         property uchar bend\n\
          element edge {edges}\nproperty uint vertex1\nproperty uint vertex2\nproperty uint line\n\
          element line {count}\nproperty uint id\nproperty uchar class\nproperty uchar closed\n\
          property uint first_edge\nproperty uint edges\n\
-         property double length\nproperty double strength\nproperty double angle\nend_header\n"
+         property double length\nproperty double strength\nproperty double angle\n\
+         property uchar bend\nend_header\n"
     )?;
     for v in &lines.vertices {
-        v.position.to_array().iter().try_for_each(|x| out.write_all(&x.to_le_bytes()))?;
+        lines.point(v).to_array().iter().try_for_each(|x| out.write_all(&x.to_le_bytes()))?;
         if wide {
             out.write_all(&(v.id.0 as f64).to_le_bytes())?;
         } else {
             out.write_all(&(v.id.0 as u32).to_le_bytes())?;
         }
         out.write_all(&lines.saliency(v).to_le_bytes())?;
-        out.write_all(&(v.theta / DEGREE).to_le_bytes())?;
-        out.write_all(&[v.class as u8])?;
+        out.write_all(&(v.fit.angle / DEGREE).to_le_bytes())?;
+        out.write_all(&[v.class as u8, v.fit.bend as u8])?;
     }
     for (id, line) in lines.lines.iter().enumerate() {
         for edge in line.vertices.windows(2) {
@@ -89,5 +96,6 @@ fn write_line(out: &mut impl Write, id: u32, line: &Line, first_edge: u32) -> st
     out.write_all(&[line.class as u8, u8::from(line.closed)])?;
     out.write_all(&first_edge.to_le_bytes())?;
     out.write_all(&(line.vertices.len() as u32 - 1).to_le_bytes())?;
-    [line.length, line.strength, line.angle].iter().try_for_each(|x| out.write_all(&x.to_le_bytes()))
+    [line.length, line.strength, line.angle].iter().try_for_each(|x| out.write_all(&x.to_le_bytes()))?;
+    out.write_all(&[line.bend as u8])
 }

@@ -10,7 +10,9 @@ use crate::config::{Method, Params, method};
 use crate::math::DEGREE;
 use crate::mesh::Field;
 use crate::partition::Plan;
-use crate::refine::{Evidence, Extremes, Link, Linker, Support, average_along, contrast, ridges, smooth};
+use crate::refine::{
+    Evidence, Extremes, Fit, Fitter, Link, Linker, Support, average_along, contrast, ridges, smooth,
+};
 use crate::stitch::{Class, Fragments, LineVertex, LinkPath, OpenEdge, VertexFields};
 use crate::voting::{
     Stop, Surroundings, Vote, first_votes, refine, stops, surroundings, vote_again, votes, widen,
@@ -29,7 +31,7 @@ pub struct TileResult {
     pub owned_faces: u64,
 }
 
-/// Steps A to D. The paper method needs the `extremes` of the whole mesh. `with_fields` asks for the fields of every owned
+/// Steps A to D, and F as far as it is local. The paper method needs the `extremes` of the whole mesh. `with_fields` asks for the fields of every owned
 /// vertex.
 pub fn compute(
     tile: &Certified,
@@ -52,10 +54,12 @@ pub fn compute(
     named.extend(open_edges.iter().flat_map(|e| e.ends));
     named.sort_unstable();
     named.dedup();
+    let with = if with_fields { tile.demand.owned.as_slice() } else { &[] };
+    let fits = finding.fits(tile, plan, &named, with);
     let global = |l: &Link| LinkPath::new(l.vertices.iter().map(|&v| mesh.id(v)), l.weight);
     let owned = &tile.demand.owned;
     let fragments = Fragments {
-        vertices: named.iter().map(|&v| finding.line_vertex(tile, v)).collect(),
+        vertices: named.iter().map(|&v| finding.line_vertex(tile, &fits, v)).collect(),
         links: links.iter().map(global).collect(),
         open_edges: open_edges
             .iter()
@@ -64,30 +68,46 @@ pub fn compute(
         largest_salience: finding.support.max_over(owned, |s| s.salience),
         defects,
     };
-    let with = if with_fields { owned.as_slice() } else { &[] };
     TileResult {
         fragments,
-        fields: with.iter().map(|&v| finding.fields(tile, v)).collect(),
+        fields: with.iter().map(|&v| finding.fields(tile, &fits, v)).collect(),
         loaded_faces: mesh.face_count() as u64,
         owned_faces: mesh.corners.iter().filter(|c| tile.owns_face(c)).count() as u64,
     }
 }
 
+/// Refined normals, and where they can be relied on.
+pub(super) struct Refined {
+    /// By face.
+    normals: Vec<DVec3>,
+    /// Known at the vertices around which all normals went through all their rounds.
+    known: Field<bool>,
+}
+
+/// What steps A and B find out.
+struct Tensors {
+    refined: Refined,
+    votes: Field<Vote>,
+    surroundings: Field<Surroundings>,
+}
+
 /// Steps A and B: refined normals, tensors, fold angles.
-fn vote(tile: &Certified, plan: &Plan) -> (Field<Vote>, Field<Surroundings>) {
+fn vote(tile: &Certified, plan: &Plan) -> Tensors {
     let Certified { mesh, faces, demand, vertex_rounds, .. } = tile;
     let normals = refine(mesh, faces, &plan.scale, &tile.noise, &tile.needed);
     let tokens = first_votes(mesh, faces, &normals, &plan.scale, &demand.voted);
     let again = vote_again(mesh, &tokens, &plan.scale, &demand.voted);
     let narrow = votes(mesh, &tokens, &again, &demand.voted);
-    let around = surroundings(mesh, plan, &narrow, &demand.voted, vertex_rounds, demand.folded.all());
-    (widen(mesh, &narrow, &again, &around, &demand.folded), around)
+    let surroundings = surroundings(mesh, plan, &narrow, &demand.voted, vertex_rounds, demand.folded.all());
+    let votes = widen(mesh, &narrow, &again, &surroundings, &demand.folded);
+    let known = Field::compute(mesh.vertex_count(), demand.voted.within(0), |_| true);
+    Tensors { refined: Refined { normals, known }, votes, surroundings }
 }
 
 /// Contrast, stops, support and R.
 fn find(tile: &Certified, plan: &Plan, params: &Params) -> Finding {
     let Certified { mesh, demand, vertex_rounds, .. } = tile;
-    let (votes, surroundings) = vote(tile, plan);
+    let Tensors { refined, votes, surroundings } = vote(tile, plan);
     let positions = smooth(mesh, &plan.scale, vertex_rounds, &demand.smoothed);
     let stops = stops(mesh, &votes, &demand.traced);
     let evidence = Evidence {
@@ -101,11 +121,14 @@ fn find(tile: &Certified, plan: &Plan, params: &Params) -> Finding {
     };
     let support = evidence.support(&demand.linked);
     let r = average_along(mesh, &votes, &surroundings, vertex_rounds, &demand.thinned);
-    Finding { votes, positions, support, stops, r, omega: Vote::omega, strong: Support::strong }
+    let refined = Some(refined);
+    Finding { refined, votes, positions, support, stops, r, omega: Vote::omega, strong: Support::strong }
 }
 
 /// What was found out about single vertices.
 pub(super) struct Finding {
+    /// What planes are fitted to; nothing where the method refines no normals.
+    pub refined: Option<Refined>,
     /// Eigenvalues, fold angles, directions.
     pub votes: Field<Vote>,
     /// Where links take the vertices to be.
@@ -134,7 +157,27 @@ impl Finding {
         links
     }
 
-    fn class(&self, v: u32) -> Class {
+    /// Step F at the vertices of lines (`named`) and at those of `with` that are features. Without refined normals the
+    /// angle is that of the tensors, and nothing is known of where the line runs.
+    fn fits(&self, tile: &Certified, plan: &Plan, named: &[u32], with: &[u32]) -> Field<Fit> {
+        let Finding { votes, support, stops, .. } = self;
+        let feature = |v: &u32| support.get(*v).feature() && !stops.get(*v).any();
+        let mut at: Vec<u32> = with.iter().copied().filter(feature).chain(named.iter().copied()).collect();
+        at.sort_unstable();
+        at.dedup();
+        let Certified { mesh, faces, vertex_rounds: rounds, .. } = tile;
+        match &self.refined {
+            Some(Refined { normals, known }) => {
+                Fitter { mesh, faces, normals, known, scale: &plan.scale, votes, stops, rounds }.fits(&at)
+            }
+            None => {
+                let angle = |v| Fit { angle: votes.get(v).theta, ..Fit::default() };
+                Field::compute(mesh.vertex_count(), &at, angle)
+            }
+        }
+    }
+
+    fn class(&self, fits: &Field<Fit>, v: u32) -> Class {
         let stop = self.stops.get(v);
         if stop.boundary {
             Class::Boundary
@@ -142,21 +185,23 @@ impl Finding {
             Class::Corner
         } else if !self.support.get(v).feature() {
             Class::Face
-        } else if self.votes.get(v).theta >= method::SHARP_DEG * DEGREE {
+        } else if fits.get(v).angle >= method::SHARP_DEG * DEGREE {
             Class::Sharp
         } else {
             Class::Weak
         }
     }
 
-    fn line_vertex(&self, tile: &Certified, v: u32) -> LineVertex {
+    fn line_vertex(&self, tile: &Certified, fits: &Field<Fit>, v: u32) -> LineVertex {
         let stop = self.stops.get(v);
         LineVertex {
             id: tile.mesh.id(v),
             position: tile.mesh.position(v),
+            fitted: tile.mesh.position(v),
             theta: self.votes.get(v).theta,
+            fit: fits.get(v),
             salience: self.support.get(v).salience,
-            class: self.class(v),
+            class: self.class(fits, v),
             corner: stop.corner,
             stop: stop.any(),
             strong: (self.strong)(&self.support.get(v)),
@@ -164,7 +209,7 @@ impl Finding {
         }
     }
 
-    fn fields(&self, tile: &Certified, v: u32) -> VertexFields {
+    fn fields(&self, tile: &Certified, fits: &Field<Fit>, v: u32) -> VertexFields {
         let vote = self.votes.get(v);
         VertexFields {
             id: tile.mesh.id(v),
@@ -172,7 +217,7 @@ impl Finding {
             eigenvalues: vote.eigenvalues,
             omega: (self.omega)(&vote),
             salience: self.support.get(v).salience,
-            class: self.class(v),
+            class: self.class(fits, v),
         }
     }
 }

@@ -49,6 +49,7 @@ impl PaperMethod<'_> {
         let r = Field::compute(tile.mesh.vertex_count(), at, |v| salience.get(v).plain);
         let positions = smooth(&tile.mesh, &self.plan.scale, &tile.vertex_rounds, &tile.demand.smoothed);
         Finding {
+            refined: None,
             votes,
             positions,
             support,

@@ -4,6 +4,7 @@
 //! bytes, because each computed them from all that they depend on; joining is by id and never by coordinates.
 
 use crate::mesh::VertexId;
+use crate::refine::Fit;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use std::cmp::Ordering;
@@ -45,8 +46,12 @@ pub struct LineVertex {
     pub id: VertexId,
     /// Position as in the file.
     pub position: DVec3,
-    /// Fold angle, radians.
+    /// Where fitted lines run near the vertex. In a fragment it is not known yet and the position of the vertex.
+    pub fitted: DVec3,
+    /// Fold angle seen by the tensors, radians.
     pub theta: f64,
+    /// Dihedral angle, and the planes that meet at the line.
+    pub fit: Fit,
     /// S: fold angle supported along the line, radians; of the paper method the salience, without a unit.
     pub salience: f64,
     /// What it is.

@@ -7,6 +7,8 @@ use super::fragments::{Class, LineVertex};
 use super::graph::{Graph, distance};
 use crate::config::method;
 use crate::math::DEGREE;
+use crate::refine::Bend;
+use glam::DVec3;
 
 /// A polyline along mesh edges.
 #[derive(Clone, Debug, PartialEq)]
@@ -21,8 +23,10 @@ pub struct Line {
     pub length: f64,
     /// Mean S over its length, divided by the largest S of the mesh: 0 to 1.
     pub strength: f64,
-    /// Mean fold angle over its length, degrees.
+    /// Mean dihedral angle over its length, degrees.
     pub angle: f64,
+    /// Convex or concave, whichever it is over the greater length.
+    pub bend: Bend,
 }
 
 /// Chains of nodes between the nodes where lines end, in canonical order.
@@ -71,28 +75,51 @@ fn follow(graph: &Graph, v: u32, next: u32, is_end: &impl Fn(u32) -> bool) -> Ve
 /// Measures a chain of creases.
 pub fn crease_line(vertices: &[LineVertex], chain: Vec<u32>, largest_salience: f64) -> Line {
     let mut line = plain_line(vertices, chain, Class::Weak);
-    let (mut salience, mut theta) = (0.0, 0.0);
+    let (mut salience, mut angle, mut convex) = (0.0, 0.0, 0.0);
+    let sign = |vertex: &LineVertex| match vertex.fit.bend {
+        Bend::Convex => 1.0,
+        Bend::Concave => -1.0,
+        Bend::Unknown => 0.0,
+    };
     for e in line.vertices.windows(2) {
         let [a, b] = [e[0], e[1]].map(|v| &vertices[v as usize]);
         let half = 0.5 * distance(vertices, e[0], e[1]);
         salience += half * (a.salience + b.salience);
-        theta += half * (a.theta + b.theta);
+        angle += half * (a.fit.angle + b.fit.angle);
+        convex += half * (sign(a) + sign(b));
     }
     // A line has a length; the guard is for the one that does not.
     let length = line.length.max(f64::MIN_POSITIVE);
     line.strength = salience / length / largest_salience.max(f64::MIN_POSITIVE);
-    line.angle = theta / length / DEGREE;
+    line.angle = angle / length / DEGREE;
+    line.bend = match convex {
+        c if c > 0.0 => Bend::Convex,
+        c if c < 0.0 => Bend::Concave,
+        _ => Bend::Unknown,
+    };
     if line.angle >= method::SHARP_DEG {
         line.class = Class::Sharp;
     }
     line
 }
 
+/// Length of a polyline.
+pub fn length(points: impl Iterator<Item = DVec3>) -> f64 {
+    let (mut sum, mut last) = (0.0, None);
+    for point in points {
+        if let Some(last) = last.replace(point) {
+            let d: DVec3 = point - last;
+            sum += d.dot(d).sqrt();
+        }
+    }
+    sum
+}
+
 /// A chain of mesh edges without a fold of its own.
 pub fn plain_line(vertices: &[LineVertex], chain: Vec<u32>, class: Class) -> Line {
-    let length = chain.windows(2).map(|e| distance(vertices, e[0], e[1])).sum();
+    let length = length(chain.iter().map(|&v| vertices[v as usize].position));
     let closed = chain.first() == chain.last();
-    Line { vertices: chain, class, closed, length, strength: 0.0, angle: 0.0 }
+    Line { vertices: chain, class, closed, length, strength: 0.0, angle: 0.0, bend: Bend::Unknown }
 }
 
 #[cfg(test)]

@@ -8,13 +8,16 @@ mod fragments;
 mod graph;
 mod lines;
 mod prune;
+mod smooth;
 
 pub use fragments::{Class, Defects, Fragments, LineVertex, LinkPath, OpenEdge, VertexFields};
 pub use lines::Line;
 
 use crate::config::{Params, method};
 use crate::partition::Scale;
+use glam::DVec3;
 use graph::{Graph, LoopLength, distance, node_of};
+use serde::{Deserialize, Serialize};
 
 /// The feature lines of a mesh.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -25,6 +28,18 @@ pub struct LineSet {
     pub lines: Vec<Line>,
     /// Largest S of the mesh: what saliency is divided by.
     pub largest_salience: f64,
+    /// Where the lines run.
+    pub geometry: Geometry,
+}
+
+/// Where lines run. They have the same vertices, classes and angles either way.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Geometry {
+    /// Along edges of the mesh, from vertex to vertex.
+    #[default]
+    Vertices,
+    /// Where the surfaces on both sides meet, smoothed along the line.
+    Fitted,
 }
 
 /// Joins the fragments of all tiles.
@@ -61,7 +76,8 @@ pub fn stitch(fragments: Fragments, scale: &Scale, params: &Params) -> LineSet {
         let chains = lines::chains(&open, |v| vertices[v as usize].corner);
         lines.extend(chains.into_iter().map(|chain| lines::plain_line(&vertices, chain, class)));
     }
-    let mut set = LineSet { vertices, lines, largest_salience };
+    smooth::fit_lines(&creases, &mut vertices, &lines, scale);
+    let mut set = LineSet { vertices, lines, largest_salience, geometry: Geometry::Vertices };
     set.drop_unused();
     set
 }
@@ -77,6 +93,24 @@ impl LineSet {
         self.lines.iter_mut().flat_map(|l| &mut l.vertices).for_each(|v| *v = place[*v as usize]);
         let mut used = place.iter().map(|&slot| slot != u32::MAX);
         self.vertices.retain(|_| used.next().unwrap_or(false));
+    }
+
+    /// The same lines, with the points and lengths of `geometry`.
+    pub fn with_geometry(mut self, geometry: Geometry) -> LineSet {
+        self.geometry = geometry;
+        for i in 0..self.lines.len() {
+            let points = self.lines[i].vertices.iter().map(|&v| self.point(&self.vertices[v as usize]));
+            self.lines[i].length = lines::length(points);
+        }
+        self
+    }
+
+    /// Where the lines run at a vertex.
+    pub fn point(&self, vertex: &LineVertex) -> DVec3 {
+        match self.geometry {
+            Geometry::Vertices => vertex.position,
+            Geometry::Fitted => vertex.fitted,
+        }
     }
 
     /// S of a vertex divided by the largest S of the mesh.

@@ -9,7 +9,7 @@ use crease::mesh::{Field, TileMesh};
 use crease::partition::{
     Cell, Demand, Gap, Loaded, Plan, Reach, load, merge, noise_demand, round_demand, scan, vertex_demand,
 };
-use crease::refine::{Evidence, Link, Linker, Support, average_along, contrast, ridges, smooth};
+use crease::refine::{Evidence, Fit, Fitter, Link, Linker, Support, average_along, contrast, ridges, smooth};
 use crease::voting::{
     FaceGeometry, Noise, Stop, Surroundings, Token, Vote, first_votes, refine, rounds, stops, surroundings,
     vote_again, votes, widen,
@@ -93,10 +93,12 @@ pub struct Steps {
     pub ridge: Field<bool>,
     /// Paths from the ridge vertices that the tile owns.
     pub links: Vec<Link>,
+    /// Wherever a line vertex may be.
+    pub fits: Field<Fit>,
 }
 
 impl Steps {
-    /// Steps A to D.
+    /// Steps A to D, and F as far as it is local.
     pub fn compute(tile: &Tile, plan: &Plan, params: &Params) -> Steps {
         let Tile { mesh, demand, vertex_rounds, .. } = tile;
         let scale = &plan.scale;
@@ -134,6 +136,19 @@ impl Steps {
         };
         let mut links = Vec::new();
         demand.owned.iter().for_each(|&v| linker.links_from(v, &mut links));
+        let (faces, rounds) = (&tile.faces, &tile.vertex_rounds);
+        let known = Field::compute(mesh.vertex_count(), demand.voted.within(0), |_| true);
+        let fitter = Fitter {
+            mesh,
+            faces,
+            normals: &normals,
+            scale,
+            known: &known,
+            votes: &votes,
+            stops: &stops,
+            rounds,
+        };
+        let fits = fitter.fits(&demand.linked);
         Steps {
             normals,
             tokens,
@@ -148,6 +163,7 @@ impl Steps {
             r,
             ridge,
             links,
+            fits,
         }
     }
 }

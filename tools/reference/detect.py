@@ -3,6 +3,7 @@ Pass A refines the face normals (tokens vote among themselves), pass B votes the
 In: vertices (n, 3), triangles (m, 3). Out: a dict of per-vertex results and every intermediate field, and the lines (see detect())."""
 import numpy as np
 from numba import njit
+import fit
 
 DEG = np.pi / 180
 DEFAULT = dict(
@@ -608,10 +609,25 @@ def detect(V, F, mesh=None, **kw):
         if tot < p['iso'] * h or st < p['strong_frac'] * tot:
             for a in comp:
                 del g.adj[a]
+    C = chains(g, set(np.where(corner)[0].tolist()) & set(g.adj))
+    feature = (q >= 1) & crest & ~stop
+    # fits at the vertices of lines and at features: dihedral angle (signed where there are two sides), quadric, slack
+    angle = th.copy(); A = np.zeros((len(m.V), 3, 3)); a = np.zeros((len(m.V), 3))
+    noise = np.minimum(Kv / fit.DEFAULT['noisy'], 1)
+    for v in sorted(set(np.where(feature)[0].tolist()) | {v for c in C for v in c}):
+        angle[v], _, A[v], a[v] = fit.fit(m, N, v, t[v], b[v], corner[v], noise[v])
+        if np.isnan(angle[v]):
+            angle[v] = th[v]
+    fitted = []
+    for c in C:
+        fixed = np.array([corner[v] or len(g.adj[v]) > 2 for v in c])
+        round_ = c[0] == c[-1] and not fixed[0]
+        i = np.array(c[1:] if round_ else c)
+        x = fit.smooth(m.V[i] / h, A[i], a[i], fit.slack(noise[i]), fixed[1:] if round_ else fixed, round_) * h
+        fitted.append(np.vstack([x[-1:], x]) if round_ else x)
     cls = np.zeros(len(m.V), np.int64)          # 0 face, 1 weak edge, 2 sharp edge, 3 corner, 4 boundary
     cls[(q >= 1) & crest] = 1
-    cls[(q >= 1) & crest & (th >= p['sharp'] * DEG)] = 2
+    cls[(q >= 1) & crest & (np.abs(angle) >= p['sharp'] * DEG)] = 2
     cls[corner] = 3; cls[isb] = 4
-    C = chains(g, set(np.where(corner)[0].tolist()) & set(g.adj))
-    return {'class': cls, **dict(polylines=[m.V[np.array(c)] for c in C], chains=C, l1=L[:, 0], l2=L[:, 1], l3=L[:, 2], omega=(L[:, 1] + L[:, 2]) / 2,
+    return {'class': cls, **dict(polylines=[m.V[np.array(c)] for c in C], chains=C, fitted=fitted, angle=angle, l1=L[:, 0], l2=L[:, 1], l3=L[:, 2], omega=(L[:, 1] + L[:, 2]) / 2,
                 s0=s0, K=K, Kv=Kv, thr=thr, theta=th, chi=chi, SC=SC, phi=ph, bg=bg, saliency=S, q=q, ridge=ridge, corner=corner, N=N, t=t, b=b, mesh=m)}

@@ -3,7 +3,8 @@ In: nothing (shapes.py, noise .1, seed 3). Out, for each shape, in fixtures/gold
 NAME.ply             the input mesh, double x y z
 NAME.attributes.ply  per vertex x y z l1 l2 l3 omega saliency (S divided by its maximum) class
 NAME.fields.ply      per vertex, for diagnosis, theta chi thr S SC q (angles in radians) ridge corner Kv
-NAME.lines.json      h, numbers of vertices and faces, and the chains as lists of vertex ids, closed ones ending on their first"""
+NAME.lines.json      h, numbers of vertices and faces, the chains as lists of vertex ids, closed ones ending on their first, for each
+                     vertex of a chain its fitted point, and for each its signed dihedral angle in degrees"""
 import json
 import sys
 from pathlib import Path
@@ -35,8 +36,11 @@ def golden(name, out):
         theta=r['theta'], chi=r['chi'], thr=r['thr'], S=r['saliency'], SC=r['SC'], q=r['q'],
         ridge=u1(r['ridge']), corner=u1(r['corner']), Kv=u1(r['Kv']))))
     rows = ',\n  '.join(json.dumps([int(v) for v in c]) for c in r['chains'])
+    each = lambda x: '[' + ', '.join(json.dumps(y) for y in x) + ']'
+    points = ',\n  '.join(each([[round(float(x), 9) for x in q] for q in c]) for c in r['fitted'])
+    angles = ',\n  '.join(json.dumps([round(float(np.degrees(r['angle'][v])), 6) for v in c]) for c in r['chains'])
     (out / f'{name}.lines.json').write_text(
-        f'{{"vertices": {len(V)}, "faces": {len(F)}, "h": {r["mesh"].h!r},\n "chains": [\n  {rows}\n ]}}\n')
+        f'{{"vertices": {len(V)}, "faces": {len(F)}, "h": {r["mesh"].h!r},\n "chains": [\n  {rows}\n ],\n "fitted": [\n  {points}\n ],\n "angles": [\n  {angles}\n ]}}\n')
     print(f'{name}: {len(V)} vertices, {len(F)} faces, {len(r["chains"])} chains')
 
 

@@ -11,6 +11,7 @@ use crate::error::Error;
 use crate::input::{MeshSource, PlySource};
 use crate::output::{AttributeFile, FieldSink, OutputError, stage_ply};
 use crate::pipeline::{Detection, Event, Job, Observer, Stage};
+use crate::stitch::Geometry;
 use std::fs;
 use std::path::Path;
 use std::time::Instant;
@@ -38,7 +39,8 @@ pub(in crate::cli) fn detect(args: &DetectArgs) -> Result<Exit, Failure> {
         .map(|path| AttributeFile::create(path, &source))
         .transpose()
         .map_err(of_run)?;
-    let found = run(&job, attributes, &output, args.attributes.as_deref(), &progress).map_err(of_run)?;
+    let outputs_of = (output.as_path(), args.attributes.as_deref());
+    let found = run(&job, attributes, outputs_of, args.geometry.into(), &progress).map_err(of_run)?;
 
     if !args.quiet {
         let outcome = Outcome {
@@ -65,11 +67,12 @@ pub(in crate::cli) fn detect(args: &DetectArgs) -> Result<Exit, Failure> {
 fn run(
     job: &Job,
     mut attributes: Option<AttributeFile>,
-    output: &Path,
-    table: Option<&Path>,
+    (output, table): (&Path, Option<&Path>),
+    geometry: Geometry,
     progress: &Progress,
 ) -> Result<Detection, Error> {
     let mut found = job.run(attributes.as_mut().map(|file| file as &mut dyn FieldSink))?;
+    found.lines = found.lines.with_geometry(geometry);
     let (stage, total) = (Stage::Write, found.lines.lines.len() as u64);
     let started = Instant::now();
     progress.event(Event::Started { stage, total });

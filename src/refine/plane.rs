@@ -1,0 +1,82 @@
+//! A plane through a part of a patch, by least squares, with how sure it is.
+//!
+//! Refined normals are smooth but blurred across weak folds; positions are noisy but never blurred. So the plane is fitted
+//! to positions, and refined normals say only which faces belong to it, and which way it tilts where positions are too few
+//! to tell.
+
+use super::patch::Patch;
+use crate::config::method;
+use crate::math::{Sym3, unit};
+use glam::DVec3;
+
+/// A plane `normal . x = offset` in units of kh, relative to the vertex.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Plane {
+    /// Unit normal.
+    pub normal: DVec3,
+    /// Distance from the vertex along the normal.
+    pub offset: f64,
+    /// Variance of the offset.
+    pub variance: f64,
+}
+
+/// How well two normals agree: 1 if equal, 0 from a chord of `FIT_WIDTH` on.
+pub(super) fn agreement(a: DVec3, b: DVec3) -> f64 {
+    let d = a - b;
+    let t = (1.0 - d.dot(d) / (method::FIT_WIDTH * method::FIT_WIDTH)).max(0.0);
+    t * t
+}
+
+/// The weighted mean of the normals of `faces`, of unit length.
+pub(super) fn mean_normal(patch: &Patch, faces: &[u32], weights: &[f64]) -> DVec3 {
+    unit(faces.iter().fold(DVec3::ZERO, |sum, &i| sum + patch.normals[i as usize] * weights[i as usize]))
+}
+
+/// The plane through the corners of `faces` (not empty), written as heights over the plane of `normal`:
+/// z = a + b x + c y.
+pub(super) fn fit_plane(patch: &Patch, faces: &[u32], weights: &[f64], normal: DVec3) -> Plane {
+    let [x, y] = frame(normal);
+    let (mut matrix, mut right) = (Sym3::default(), DVec3::ZERO);
+    let (mut total, mut squares, mut heights) = (0.0, 0.0, 0.0);
+    for &i in faces {
+        let face = weights[i as usize];
+        total += face;
+        squares += face * face;
+        for p in patch.corners[i as usize] {
+            let row = DVec3::new(1.0, p.dot(x), p.dot(y));
+            let (weight, z) = (face / 3.0, p.dot(normal));
+            matrix.add(&Sym3::outer(row, weight));
+            right += row * (weight * z);
+            heights += weight * z * z;
+        }
+    }
+    let pull = total * method::FIT_PULL * method::FIT_PULL;
+    matrix.diag += DVec3::new(0.0, pull, pull);
+    let solution = matrix.solve(right);
+    let spread = (heights - solution.dot(right)).max(0.0) / total;
+    // A vertex has two faces; one degree of freedom more keeps a single face from being sure of itself.
+    let vertices = 0.5 * total * total / squares + 1.0;
+    // How much less sure the offset at the vertex is than that at the middle of the faces.
+    let lever = matrix.solve(DVec3::X).x * total;
+    let tilted = normal - x * solution.y - y * solution.z;
+    let length = tilted.dot(tilted).sqrt();
+    Plane {
+        normal: tilted / length,
+        offset: solution.x / length,
+        variance: spread * lever / vertices + method::FIT_FLOOR * method::FIT_FLOOR,
+    }
+}
+
+/// Two unit vectors at right angles to `normal` and to each other.
+fn frame(normal: DVec3) -> [DVec3; 2] {
+    let m = normal.abs();
+    let axis = if m.x <= m.y && m.x <= m.z {
+        DVec3::X
+    } else if m.y <= m.z {
+        DVec3::Y
+    } else {
+        DVec3::Z
+    };
+    let x = unit(normal.cross(axis));
+    [x, normal.cross(x)]
+}
