@@ -93,6 +93,8 @@ pub struct Steps {
     pub ridge: Field<bool>,
     /// Paths from the ridge vertices that the tile owns.
     pub links: Vec<Link>,
+    /// Where all refined normals around a vertex are known.
+    pub known: Field<bool>,
     /// Wherever a line vertex may be.
     pub fits: Field<Fit>,
 }
@@ -164,6 +166,7 @@ impl Steps {
             ridge,
             links,
             fits,
+            known,
         }
     }
 }
