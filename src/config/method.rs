@@ -73,6 +73,9 @@ pub const CONTRAST_REACH_PER_ROUND: f64 = 0.15;
 
 /// Walks along lines: rounds of smoothing of the positions they see, for each refinement round.
 pub const SMOOTH_PER_ROUND: f64 = 0.1;
+/// Walks along lines: neighbours within this distance are averaged. On a triangulation of scattered points some lie thirty
+/// edges away, and a mean over them is no place on the surface.
+pub const SMOOTH_REACH: f64 = 2.0;
 /// Walks along lines: most rounds of smoothing. More would round the corners off.
 pub const SMOOTH_ROUNDS: f64 = 3.0;
 

@@ -1,6 +1,6 @@
 //! Step B: refined normals vote into tensors at the vertices, and the tensors vote again.
 //!
-//! In: refined normals. Out, at each vertex: the eigenvalue ratios of its own tensor, the fold angle seen at two scales,
+//! In: refined normals. Out, at each vertex: the eigenvalue ratios of its own tensor, the fold angle seen at two or three scales,
 //! and the direction of the line through it. The weights are those of Kim, Choi and Lee (2009); the second vote is what
 //! Guy and Medioni (1997) ask of tokens, done on the one-ring so that it stays connected and cheap.
 

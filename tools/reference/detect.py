@@ -18,7 +18,8 @@ DEFAULT = dict(
     hops=3, reach=3.0, hops_k=0.2, reach_k=0.15,   # contrast walk across the line (vertices, h), more for each round K
     rho=0.4, rho_hi=0.45, sure=45.0,     # crest test: traced contrast >= rho * traced fold
     steps=5, cone=60.0, turn=45.0, lend=1.25,   # trace; a supporter counts at most lend times the vertex's own fold
-    relax=0.1, relax_max=3,   # walks along lines see positions after min(relax_max, floor(relax K)) rounds of smoothing
+    relax=0.1, relax_max=3, relax_reach=2.0,   # walks along lines see positions after min(relax_max, floor(relax K)) rounds of
+                              # smoothing by the neighbours within relax_reach h
     along=8, along_calm=16,   # at most so many rounds of averaging along the line for the thinning score
     own=0.25, own_k=30.0,     # a ridge vertex folds itself: T0 shows own (1 - K/own_k) of what T3 shows
     nms_r=1.6, side=2.5,      # thinning radius in h; "across" = (e.b)^2 >= side (e.t)^2
@@ -515,18 +516,20 @@ def chains(g, corners=()):
 
 
 @njit(cache=True)
-def relax(X, vvp, vv, go):
-    """half way to the mean of the neighbours, where go"""
+def relax(X, vvp, vv, go, reach):
+    """half way to the mean of the neighbours within reach, where go"""
     O = X.copy()
     for v in range(X.shape[0]):
-        m = vvp[v + 1] - vvp[v]
-        if not go[v] or m == 0:
+        if not go[v]:
             continue
-        a = 0.0; b = 0.0; c = 0.0
+        a = 0.0; b = 0.0; c = 0.0; m = 0
         for i in range(vvp[v], vvp[v + 1]):
             u = vv[i]
-            a += X[u, 0]; b += X[u, 1]; c += X[u, 2]
-        O[v, 0] = 0.5 * X[v, 0] + 0.5 * (a / m); O[v, 1] = 0.5 * X[v, 1] + 0.5 * (b / m); O[v, 2] = 0.5 * X[v, 2] + 0.5 * (c / m)
+            e0 = X[u, 0] - X[v, 0]; e1 = X[u, 1] - X[v, 1]; e2 = X[u, 2] - X[v, 2]
+            if e0 * e0 + e1 * e1 + e2 * e2 <= reach * reach:
+                a += X[u, 0]; b += X[u, 1]; c += X[u, 2]; m += 1
+        if m > 0:
+            O[v, 0] = 0.5 * X[v, 0] + 0.5 * (a / m); O[v, 1] = 0.5 * X[v, 1] + 0.5 * (b / m); O[v, 2] = 0.5 * X[v, 2] + 0.5 * (c / m)
     return O
 
 
@@ -567,7 +570,7 @@ def detect(V, F, mesh=None, **kw):
     X = m.V
     smooth = np.where(isb, 0, np.minimum(p['relax_max'], np.floor(p['relax'] * Kv)))
     for k in range(int(smooth.max(initial=0))):
-        X = relax(X, m.vvp, m.vv, smooth > k)
+        X = relax(X, m.vvp, m.vv, smooth > k, p['relax_reach'] * h)
     S, SC = trace(X, m.vvp, m.vv, t, th, chi, low, stop, p['steps'], cone, np.cos(p['turn'] * DEG), p['lend'])
     q = np.minimum(S / thr, 1e9)
     sure = S >= p['sure'] * DEG                 # no smooth surface folds that much in a ring
