@@ -35,7 +35,12 @@ fn outcome(mesh: &Path, params: Params, limits: Limits) -> Outcome {
     write_ply(&lines, &found.lines).unwrap_or_else(|e| panic!("{e}"));
     write_ply(&fitted, &found.lines.with_geometry(Geometry::Fitted)).unwrap_or_else(|e| panic!("{e}"));
     let read = |path| std::fs::read(path).expect("an output file");
-    Outcome { lines: read(lines), fitted: read(fitted), attributes: read(attributes), tiles: found.work.tiles }
+    Outcome {
+        lines: read(lines),
+        fitted: read(fitted),
+        attributes: read(attributes),
+        tiles: found.work.tiles,
+    }
 }
 
 /// Says where two files first differ rather than printing them.

@@ -71,7 +71,9 @@ mod tests {
             _ => 0.0,
         };
         let mut banded = Banded::new(rows, below);
-        (0..rows).for_each(|i| (i.saturating_sub(below)..rows.min(i + below)).for_each(|j| banded.add(i, j, entry(i, j))));
+        (0..rows).for_each(|i| {
+            (i.saturating_sub(below)..rows.min(i + below)).for_each(|j| banded.add(i, j, entry(i, j)))
+        });
         let dense = nalgebra::DMatrix::from_fn(rows, rows, entry);
         let right = nalgebra::DVector::from_fn(rows, |i, _| libm::cos(i as f64));
         let expected = dense.cholesky().expect("a positive definite matrix").solve(&right);

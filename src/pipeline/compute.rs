@@ -79,10 +79,9 @@ fn find(tile: &Certified, plan: &Plan, params: &Params, votes: Field<Vote>) -> F
         contrast: &contrast(mesh, &plan.scale, &votes, &demand.traced),
         threshold: &thresholds(mesh, &plan.lattice, &votes, &demand.voted, &demand.traced),
         stops: &stops,
-        min_angle: params.min_angle_deg * DEGREE,
     };
     let support = evidence.support(&demand.linked);
-    Finding { votes, support, stops }
+    Finding { votes, support, stops, min_angle: params.min_angle_deg * DEGREE }
 }
 
 /// What was found out about single vertices.
@@ -90,13 +89,15 @@ struct Finding {
     votes: Field<Vote>,
     support: Field<Support>,
     stops: Field<Stop>,
+    /// Weaker features are none, radians.
+    min_angle: f64,
 }
 
 impl Finding {
     /// Step D: ridges, and the links from those that the tile owns.
     fn links(&self, tile: &Certified, plan: &Plan) -> Vec<Link> {
         let Certified { mesh, demand, .. } = tile;
-        let Finding { votes, support, stops } = self;
+        let Finding { votes, support, stops, .. } = self;
         let r = average_along(mesh, votes, &tile.vertex_rounds, &demand.thinned);
         let ridge = ridges(mesh, &plan.scale, votes, &r, support, stops, &demand.linked);
         let linker = Linker { mesh, votes, r: &r, support, stops, ridge: &ridge };
@@ -106,8 +107,15 @@ impl Finding {
     }
 
     /// Step F at the vertices of lines (`named`) and at those of `with` that are features.
-    fn fits(&self, tile: &Certified, plan: &Plan, normals: &[DVec3], named: &[u32], with: &[u32]) -> Field<Fit> {
-        let Finding { votes, support, stops } = self;
+    fn fits(
+        &self,
+        tile: &Certified,
+        plan: &Plan,
+        normals: &[DVec3],
+        named: &[u32],
+        with: &[u32],
+    ) -> Field<Fit> {
+        let Finding { votes, support, stops, .. } = self;
         let feature = |v: &u32| support.get(*v).feature() && !stops.get(*v).any();
         let mut at: Vec<u32> = with.iter().copied().filter(feature).chain(named.iter().copied()).collect();
         at.sort_unstable();
@@ -122,7 +130,7 @@ impl Finding {
             Class::Boundary
         } else if stop.corner {
             Class::Corner
-        } else if !self.support.get(v).feature() {
+        } else if !self.support.get(v).feature() || fits.get(v).angle < self.min_angle {
             Class::Face
         } else if fits.get(v).angle >= method::SHARP_DEG * DEGREE {
             Class::Sharp

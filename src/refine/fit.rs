@@ -123,6 +123,7 @@ fn widest(normals: &[DVec3]) -> Option<f64> {
         let cross = a.cross(b);
         libm::atan2(cross.dot(cross).sqrt(), a.dot(b))
     };
-    let pairs = normals.iter().enumerate().flat_map(|(i, &a)| normals[..i].iter().map(move |&b| between(a, b)));
+    let pairs =
+        normals.iter().enumerate().flat_map(|(i, &a)| normals[..i].iter().map(move |&b| between(a, b)));
     pairs.fold(None, |most: Option<f64>, angle| Some(most.map_or(angle, |most| most.max(angle))))
 }

@@ -23,8 +23,6 @@ pub struct Evidence<'a> {
     pub threshold: &'a Field<f64>,
     /// Where lines stop.
     pub stops: &'a Field<Stop>,
-    /// Floor on S from the command line, radians.
-    pub min_angle: f64,
 }
 
 /// Support of a vertex by the line through it.
@@ -36,8 +34,6 @@ pub struct Support {
     pub contrast: f64,
     /// q = S / threshold.
     pub measure: f64,
-    /// S over the floor of the command line; infinite without one.
-    pub over_floor: f64,
 }
 
 impl Support {
@@ -52,13 +48,12 @@ impl Support {
 
     /// Whether the vertex is a feature.
     pub fn feature(&self) -> bool {
-        self.measure >= 1.0 && self.over_floor >= 1.0 && self.stands_out(method::CREST_CONTRAST)
+        self.measure >= 1.0 && self.stands_out(method::CREST_CONTRAST)
     }
 
     /// Whether a path between features may lead through the vertex.
     pub fn passable(&self) -> bool {
         self.measure >= method::LINK_MEASURE
-            && self.over_floor >= method::LINK_MEASURE
             && self.stands_out(method::LINK_CONTRAST * method::CREST_CONTRAST)
     }
 
@@ -91,12 +86,7 @@ impl Evidence<'_> {
             salience = (vote.theta + forward.theta + backward.theta) / count;
             contrast = (self.contrast.get(v) + forward.contrast + backward.contrast) / count;
         }
-        Support {
-            salience,
-            contrast,
-            measure: (salience / self.threshold.get(v)).min(MEASURE_CAP),
-            over_floor: if self.min_angle > 0.0 { salience / self.min_angle } else { f64::INFINITY },
-        }
+        Support { salience, contrast, measure: (salience / self.threshold.get(v)).min(MEASURE_CAP) }
     }
 
     /// Follows the line from `v` towards `d`.

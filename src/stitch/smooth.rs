@@ -85,7 +85,8 @@ impl Chain {
                 false => (node.matrix, node.vector),
             };
             let Sym3 { diag, off } = matrix;
-            let entries = [(0, 0, diag.x), (1, 1, diag.y), (2, 2, diag.z), (2, 1, off.x), (2, 0, off.y), (1, 0, off.z)];
+            let entries =
+                [(0, 0, diag.x), (1, 1, diag.y), (2, 2, diag.z), (2, 1, off.x), (2, 0, off.y), (1, 0, off.z)];
             entries.iter().for_each(|&(i, j, x)| system.add(3 * at + i, 3 * at + j, x));
             add(&mut right, at, vector);
         }

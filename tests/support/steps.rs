@@ -93,7 +93,7 @@ pub struct Steps {
 
 impl Steps {
     /// Steps A to D, and F as far as it is local.
-    pub fn compute(tile: &Tile, plan: &Plan, params: &Params) -> Steps {
+    pub fn compute(tile: &Tile, plan: &Plan) -> Steps {
         let Tile { mesh, demand, .. } = tile;
         let scale = &plan.scale;
         let normals = refine(mesh, &tile.faces, &plan.scale, &tile.noise, &tile.needed);
@@ -103,15 +103,8 @@ impl Steps {
         let contrast = contrast(mesh, scale, &votes, &demand.traced);
         let threshold = thresholds(mesh, &plan.lattice, &votes, &demand.voted, &demand.traced);
         let stops = stops(mesh, &votes, &demand.traced);
-        let min_angle = params.min_angle_deg.to_radians();
-        let evidence = Evidence {
-            mesh,
-            votes: &votes,
-            contrast: &contrast,
-            threshold: &threshold,
-            stops: &stops,
-            min_angle,
-        };
+        let evidence =
+            Evidence { mesh, votes: &votes, contrast: &contrast, threshold: &threshold, stops: &stops };
         let support = evidence.support(&demand.linked);
         let r = average_along(mesh, &votes, &tile.vertex_rounds, &demand.thinned);
         let ridge = ridges(mesh, scale, &votes, &r, &support, &stops, &demand.linked);
