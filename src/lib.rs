@@ -72,7 +72,7 @@ pub mod voting;
 #[doc(hidden)]
 pub mod cli;
 
-pub use config::{Limits, Params, Sigma, Tiling};
+pub use config::{Limits, Method, PaperThresholds, Params, Sigma, Tiling};
 pub use error::Error;
 pub use glam;
 pub use pipeline::{Detection, Job, Observer, Silent};

@@ -7,7 +7,6 @@
 mod support;
 
 use crease::math::Sym3;
-use crease::partition::Reach;
 use crease::{Params, Sigma, Tiling};
 use nalgebra::{Matrix3, SymmetricEigen};
 use std::collections::{BTreeMap, BTreeSet};
@@ -191,21 +190,22 @@ impl Naive {
     /// K for a noise of s0.
     fn rounds(&self, s0: f64) -> u32 {
         let k2 = self.k * self.k;
-        (80.0 * s0 * k2 + 0.5).floor().min((20.0 * k2).round()) as u32
+        (80.0 * s0 * k2 + 0.5).floor().min((40.0 * k2).round()) as u32
     }
 
     /// Normals after all rounds. `s0` and `rounds` are by face.
     fn refined(&self, s0: &BTreeMap<usize, f64>) -> BTreeMap<usize, Vector> {
         let mut normals: BTreeMap<usize, Vector> =
             self.faces.iter().map(|(&f, face)| (f, face.normal)).collect();
-        for round in 0..(20.0 * self.k * self.k).round() as u32 {
+        for round in 0..(40.0 * self.k * self.k).round() as u32 {
             let old = normals.clone();
             for (&f, face) in self.faces.iter().filter(|(f, _)| self.rounds(s0[f]) > round) {
                 let s0 = s0[&f];
                 let w = if round == 0 {
                     (1.5 * DEGREE).max(8.0 * s0)
                 } else {
-                    (1.5 * DEGREE).max((4.0 * s0).min(50.0 * DEGREE))
+                    let widest = if round <= 5 { 30.0 } else { 45.0 };
+                    (1.5 * DEGREE).max((4.0 * s0).min(widest * DEGREE))
                 };
                 let mut sum = [0.0; 3];
                 for g in face.corners.iter().flat_map(|&v| &self.around[v]) {
@@ -247,6 +247,18 @@ impl Naive {
             let old = tensors.clone();
             for (v, tensor) in tensors.iter_mut().enumerate() {
                 *tensor = self.ring[v].iter().fold(old[v] * 2.0, |sum, &u| sum + old[u]);
+            }
+        }
+        tensors
+    }
+
+    /// T after the votes of the calm, `further[v]` of them at each vertex.
+    fn widen(&self, again: &[Matrix3<f64>], further: &[usize]) -> Vec<Matrix3<f64>> {
+        let mut tensors = again.to_vec();
+        for round in 0..further.iter().copied().max().unwrap_or(0) {
+            let old = tensors.clone();
+            for (v, tensor) in tensors.iter_mut().enumerate().filter(|(v, _)| further[*v] > round) {
+                *tensor = self.ring[v].iter().fold(old[v] * 2.0, |sum, &u| sum + old[u]) / 8.0;
             }
         }
         tensors
@@ -332,7 +344,7 @@ fn compare(mesh: &Mesh, sigma_edges: f64, expected: &Expected) -> Comparison {
     let params = Params { sigma: Sigma::Edges(sigma_edges), ..Params::default() };
     let source = mesh.source();
     let plan = plan(&source, &params, Tiling::InCore);
-    let tile = Tile::load(&source, &plan, &Reach::new(&plan.scale), &plan.cells[0]);
+    let tile = Tile::load(&source, &plan, &|_| (), &plan.cells[0]);
     let steps = Steps::compute(&tile, &plan);
     let naive = Naive::new(mesh, sigma_edges);
     assert_eq!(plan.scale.h.to_bits(), naive.h.to_bits(), "h is {}, naive {}", plan.scale.h, naive.h);
@@ -368,6 +380,13 @@ fn compare(mesh: &Mesh, sigma_edges: f64, expected: &Expected) -> Comparison {
     let used: Vec<usize> = (0..naive.points.len()).filter(|&v| !naive.around[v].is_empty()).collect();
     let samples: Vec<(Vector, f64)> = used.iter().map(|&v| (naive.points[v], theta[v])).collect();
     let background = naive.levels(&samples, &naive.points, 0.3);
+    let further: Vec<usize> = (0..naive.points.len())
+        .map(|v| {
+            let calm = 2.0 * background[v] < 6.0 * DEGREE;
+            if calm { (0.3 * f64::from(naive.rounds(at_vertices[v]))).floor() as usize } else { 0 }
+        })
+        .collect();
+    let widened = naive.widen(&again, &further);
     let locals: Vec<usize> = tile.mesh.vertex_ids.iter().map(|id| id.0 as usize).collect();
     assert_eq!(locals, used, "other vertices take part");
     for (local, &v) in locals.iter().enumerate() {
@@ -398,10 +417,24 @@ fn compare(mesh: &Mesh, sigma_edges: f64, expected: &Expected) -> Comparison {
         seen.check("l2", v, l2, narrow[v][1], EIGEN_TOLERANCE);
         seen.check("l3", v, l3, narrow[v][2], EIGEN_TOLERANCE);
         if narrow[v][1] > CONDITIONED && wide[v][1] > CONDITIONED {
-            seen.check("theta", v, vote.theta, theta[v], EIGEN_TOLERANCE);
+            seen.check("narrow theta", v, steps.narrow.get(local).theta, theta[v], EIGEN_TOLERANCE);
+            let widest = eigenvalues(&widened[v])[1];
+            let mean =
+                if further[v] > 0 { (theta[v] + libm::atan(widest.sqrt())) * 2.0 / 3.0 } else { theta[v] };
+            seen.check("theta", v, vote.theta, mean, EIGEN_TOLERANCE);
         }
-        let threshold = (2.0 * background[v]).clamp(0.6 * DEGREE, 20.0 * DEGREE);
-        seen.check("threshold", v, steps.threshold.get(local), threshold, TOLERANCE);
+        let raised = 2.0 * background[v] * (1.0 + 0.045 * further[v] as f64);
+        let threshold = raised.clamp(0.6 * DEGREE, 20.0 * DEGREE);
+        seen.check("threshold", v, steps.surroundings.get(local).threshold, threshold, TOLERANCE);
+        if further[v] > 0 {
+            seen.check(
+                "further votes",
+                v,
+                steps.surroundings.get(local).further as f64,
+                further[v] as f64,
+                0.0,
+            );
+        }
     }
     assert!(
         seen.count("theta") as f64 >= expected.conditioned * used.len() as f64,

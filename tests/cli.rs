@@ -126,6 +126,15 @@ fn impossible_command_lines_are_2() {
         ("detect bracket.ply --sigma-edges 99", "between 1 and 30"),
         ("detect bracket.ply --sigma 1 --sigma-edges 3", "--sigma-edges"),
         ("detect bracket.ply --min-angle 200", "between 0 and 180"),
+        ("detect bracket.ply --method best", "--method"),
+        ("detect bracket.ply --salience 0.2", "--salience needs --method paper"),
+        ("detect bracket.ply --edge-l2 0.2", "--edge-l2 needs --method paper"),
+        ("detect bracket.ply --corner-l3 0.2", "--corner-l3 needs --method paper"),
+        ("detect bracket.ply --sigma 0", "a sigma of 0 needs --method paper"),
+        ("info bracket.ply --sigma 0", "a sigma of 0 needs detect --method paper"),
+        ("detect bracket.ply --method paper --min-angle 10", "--min-angle needs --method robust"),
+        ("detect bracket.ply --method paper --salience 2", "between 0 and 1"),
+        ("detect bracket.ply --method paper --edge-l2 0", "above 0"),
         ("detect bracket.ply --tile-faces 0", "--tile-faces"),
         ("detect bracket.ply --in-core --tile-faces 9", "--in-core"),
         ("detect bracket.ply --io pipe", "--io"),
@@ -216,6 +225,27 @@ fn detect_writes_the_default_name_and_a_summary() {
     for part in ["crease: scan started, faces: 6,534", "crease: tiles done", "crease: write done"] {
         assert!(err.contains(part), "{part:?} is not in {err}");
     }
+}
+
+#[test]
+fn the_paper_method_surveys_and_finds_other_lines() {
+    let place = Place::new().with("meshes/bracket.ply");
+    place.does("detect bracket.ply -o robust.ply");
+    let words = "detect bracket.ply --method paper --sigma 0 --tile-faces 900 --progress plain";
+    let (out, err) = place.does(&format!("{words} -o paper.ply"));
+    assert!(err.contains("crease: survey started, tiles: "), "{err}");
+    for part in ["method            paper, salience from 0.1", "survey", "corners"] {
+        assert!(out.contains(part), "{part} is not in {out}");
+    }
+    place.does(&format!("{words} --salience 0.1 --edge-l2 0.02 --corner-l3 0.065 -o same.ply"));
+    place.does("diff paper.ply same.ply");
+    let robust = fs::read(place.path("robust.ply")).expect("read");
+    assert_ne!(robust, fs::read(place.path("paper.ply")).expect("read"));
+    place.does(&format!("{words} --salience 0.9 -o strict.ply"));
+    assert_ne!(
+        fs::read(place.path("strict.ply")).expect("read"),
+        fs::read(place.path("paper.ply")).expect("read")
+    );
 }
 
 #[test]

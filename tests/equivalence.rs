@@ -8,7 +8,7 @@ mod support;
 use crease::input::{IoMode, PlySource};
 use crease::output::{AttributeFile, write_ply};
 use crease::stitch::Geometry;
-use crease::{Job, Limits, Params, Sigma, Silent, Tiling};
+use crease::{Job, Limits, Method, PaperThresholds, Params, Sigma, Silent, Tiling};
 use std::path::{Path, PathBuf};
 use support::{fixture, real_mesh};
 
@@ -87,6 +87,29 @@ fn fixtures_give_the_same_bytes_for_every_cut() {
     }
 }
 
+/// The paper method over a cube of this edge.
+fn paper(sigma_edges: f64) -> Params {
+    let method = Method::Paper(PaperThresholds::default());
+    Params { method, sigma: Sigma::Edges(sigma_edges), boundaries: true, ..Params::default() }
+}
+
+#[test]
+fn the_paper_method_gives_the_same_bytes_for_every_cut() {
+    let cuts = |tiles: &[u64]| -> Vec<Limits> {
+        let of = |&faces| [1, 3].map(|threads| limits(Some(faces), threads, IoMode::Map));
+        tiles.iter().flat_map(of).collect()
+    };
+    for name in FIXTURES {
+        let mesh = fixture(&format!("meshes/{name}.ply"));
+        assert_equivalent(&mesh, paper(3.0), &cuts(&[5_000, 500, 37]));
+        assert_equivalent(&mesh, paper(0.0), &cuts(&[500]));
+        assert_equivalent(&mesh, paper(7.5), &cuts(&[500]));
+    }
+    let thresholds = PaperThresholds { salience: 0.2, edge_l2: 0.01, corner_l3: 0.1 };
+    let loose = Params { method: Method::Paper(thresholds), ..Params::default() };
+    assert_equivalent(&fixture("meshes/bracket.ply"), loose, &[limits(Some(90), 3, IoMode::Read)]);
+}
+
 #[test]
 fn parameters_do_not_loosen_it() {
     let wide = Params { sigma: Sigma::Edges(4.5), min_angle_deg: 10.0, ..Params::default() };
@@ -114,6 +137,7 @@ fn real_parts_give_the_same_bytes_for_every_cut() {
         let Some(mesh) = real(name) else { continue };
         assert_equivalent(&mesh, Params::default(), &full_matrix(&[None, Some(5_000), Some(500)], THREADS));
         assert_equivalent(&mesh, Params::default(), &[limits(Some(37), 3, IoMode::Map)]);
+        assert_equivalent(&mesh, paper(3.0), &[limits(Some(500), 3, IoMode::Map)]);
     }
 }
 
@@ -129,6 +153,7 @@ fn real_scans_give_the_same_bytes_for_every_cut() {
             limits(Some(5_000), 3, IoMode::Map),
         ];
         assert_equivalent(&mesh, Params { boundaries: true, ..Params::default() }, &cuts);
+        assert_equivalent(&mesh, paper(3.0), &cuts[2..3]);
     }
 }
 

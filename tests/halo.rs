@@ -29,11 +29,15 @@ const CUTS: [(&str, u64); 4] = [("bracket", 500), ("city", 500), ("folds20", 300
 /// wide, and what a tile forgets to ask for there, it mostly has already. Some edges are a dozen cubes long. Where two of
 /// them follow each other, a patch lies near that the strip is not connected to, but shares levels with.
 const STRIP: &str = "strip";
+/// The same with enough noise for positions to be smoothed.
+const NOISY_STRIP: &str = "noisy strip";
 
 fn mesh_of(name: &str) -> Mesh {
-    if name != STRIP {
-        return Mesh::of_fixture(name);
-    }
+    let noise = match name {
+        STRIP => 0.1,
+        NOISY_STRIP => 0.3,
+        _ => return Mesh::of_fixture(name),
+    };
     let mut random = Random::new(1, "strip");
     let mut mesh = Mesh { positions: Vec::new(), faces: Vec::new() };
     let (mut y, mut lonely) = (0.0, Vec::new());
@@ -43,20 +47,20 @@ fn mesh_of(name: &str) -> Mesh {
         ys.push(y);
         lonely.extend((row % 25 == 23).then_some(y));
     }
-    add_roof(&mut mesh, &mut random, &ys, 0.0);
+    add_roof(&mut mesh, &mut random, &ys, 0.0, noise);
     for y in lonely {
-        add_roof(&mut mesh, &mut random, &[y + 1.0, y + 2.0, y + 3.0, y + 4.0, y + 5.0], 5.0);
+        add_roof(&mut mesh, &mut random, &[y + 1.0, y + 2.0, y + 3.0, y + 4.0, y + 5.0], 5.0, noise);
     }
     mesh
 }
 
 /// A gable roof with noise: ten vertices at each of `ys`.
-fn add_roof(mesh: &mut Mesh, random: &mut Random, ys: &[f64], height: f64) {
+fn add_roof(mesh: &mut Mesh, random: &mut Random, ys: &[f64], height: f64, noise: f64) {
     const COLUMNS: u32 = 10;
     for (row, &y) in ys.iter().enumerate() {
         for column in 0..COLUMNS {
             let (x, d) = (f64::from(column), mesh.positions.len() as u32);
-            let z = height - (x - 5.0).abs() + 0.1 * random.gaussian();
+            let z = height - (x - 5.0).abs() + noise * random.gaussian();
             mesh.positions.push(DVec3::new(x, y, z));
             if row > 0 && column > 0 {
                 let [a, b, c] = [d - COLUMNS - 1, d - COLUMNS, d - 1];
@@ -129,7 +133,7 @@ struct Whole {
 impl Whole {
     fn new(source: &dyn MeshSource, plan: &Plan) -> Whole {
         assert!(plan.is_in_core());
-        let tile = Tile::load(source, plan, &Reach::new(&plan.scale), &plan.cells[0]);
+        let tile = Tile::load(source, plan, &|_| (), &plan.cells[0]);
         let steps = Steps::compute(&tile, plan);
         assert!(steps.links.len() > 50, "hardly any links");
         Whole { tile, steps }
@@ -167,18 +171,26 @@ impl Whole {
         let rounds = |v: u32, w: u32| tile.vertex_rounds[v as usize] == self.tile.vertex_rounds[w as usize];
         differs("first tensor", demand.voted.all(), &first)
             .or_else(|| differs("wide tensor", voted, &|v, w| steps.again.get(v) == ours.again.get(w)))
-            .or_else(|| differs("vote", voted, &|v, w| steps.votes.get(v) == ours.votes.get(w)))
+            .or_else(|| differs("narrow vote", voted, &|v, w| steps.narrow.get(v) == ours.narrow.get(w)))
+            .or_else(|| differs("K", &demand.noisy(), &rounds))
             .or_else(|| {
-                differs("contrast", &demand.traced, &|v, w| steps.contrast.get(v) == ours.contrast.get(w))
+                let same = |v, w| steps.surroundings.get(v) == ours.surroundings.get(w);
+                differs("surroundings", demand.folded.all(), &same)
             })
             .or_else(|| {
-                differs("threshold", &demand.traced, &|v, w| steps.threshold.get(v) == ours.threshold.get(w))
+                differs("vote", demand.folded.within(0), &|v, w| steps.votes.get(v) == ours.votes.get(w))
+            })
+            .or_else(|| {
+                let same = |v, w| steps.positions.get(v) == ours.positions.get(w);
+                differs("smoothed position", demand.smoothed.within(0), &same)
+            })
+            .or_else(|| {
+                differs("contrast", &demand.traced, &|v, w| steps.contrast.get(v) == ours.contrast.get(w))
             })
             .or_else(|| differs("stop", &demand.traced, &|v, w| steps.stops.get(v) == ours.stops.get(w)))
             .or_else(|| {
                 differs("support", &demand.linked, &|v, w| steps.support.get(v) == ours.support.get(w))
             })
-            .or_else(|| differs("K", demand.thinned.all(), &rounds))
             .or_else(|| differs("R", thinned, &|v, w| steps.r.get(v) == ours.r.get(w)))
             .or_else(|| differs("ridge", &demand.linked, &|v, w| steps.ridge.get(v) == ours.ridge.get(w)))
             .or_else(|| differs("fit", &demand.linked, &|v, w| steps.fits.get(v) == ours.fits.get(w)))
@@ -205,12 +217,10 @@ fn compare(name: &str, faces: u64, change: impl Fn(&mut Reach), spoil: impl Fn(&
         [Tiling::InCore, Tiling::Faces(faces)].map(|tiling| plan(&source, &Params::default(), tiling));
     assert!(cut.cells.len() > 4, "{name}: {} tiles are hardly a test", cut.cells.len());
     let whole = Whole::new(&source, &whole);
-    let mut reach = Reach::new(&cut.scale);
-    change(&mut reach);
     let tiles = || {
         let (mut owned, mut linked) = (0, BTreeSet::new());
         for cell in &cut.cells {
-            let mut tile = Tile::load(&source, &cut, &reach, cell);
+            let mut tile = Tile::load(&source, &cut, &change, cell);
             spoil(&mut tile);
             let steps = Steps::compute(&tile, &cut);
             if let Some(difference) = whole.disagreement(&tile, &steps) {
@@ -251,15 +261,27 @@ fn steps_with_the_right_halo_are_equal() {
 /// radius must be well short to leave out a vertex.
 #[test]
 fn every_reach_that_is_a_step_too_short_is_noticed() {
-    let changes: [Change; 5] = [
+    let changes: [Change; 8] = [
         ("link steps", |reach| reach.link_steps -= 1),
         ("thinning radius", |reach| reach.thin_radius *= 0.5),
-        ("average rounds", |reach| reach.average_rounds -= 1),
+        ("average rounds", |reach| reach.average_rounds = reach.average_rounds.saturating_sub(1)),
         ("trace steps", |reach| reach.trace_steps -= 1),
         ("revotes", |reach| reach.revotes -= 1),
+        // Where no tile knows noise they are 0, and then there is nothing to lack.
+        ("smoothing rounds", |reach| reach.smoothing_rounds = reach.smoothing_rounds.saturating_sub(1)),
+        ("contrast steps", |reach| reach.contrast_steps -= 1),
+        ("further votes", |reach| reach.further_votes = reach.further_votes.saturating_sub(1)),
     ];
     for (what, change) in changes {
-        assert_noticed(what, &steps("bracket", 500, change));
+        // Not every mesh is noisy enough for positions to be smoothed, or has links that take as many steps as they may.
+        let (name, faces) = match what {
+            "smoothing rounds" => (NOISY_STRIP, 300),
+            "link steps" => ("folds20", 150),
+            // Without noise nothing else reaches as far.
+            "contrast steps" => ("bracket_clean", 500),
+            _ => ("bracket", 500),
+        };
+        assert_noticed(what, &steps(name, faces, change));
     }
 }
 
@@ -296,17 +318,18 @@ fn a_patch_that_reaches_beyond_the_level_cubes_is_noticed() {
     let [whole, cut] =
         [Tiling::InCore, Tiling::Faces(300)].map(|tiling| plan(&source, &Params::default(), tiling));
     let whole = Whole::new(&source, &whole);
-    let reach = Reach::new(&cut.scale);
-    let wide = Scale { k: 12.0, ..cut.scale };
+
+    let wide = Scale { k: 40.0, ..cut.scale };
     let fits = |tile: &Tile, steps: &Steps| {
         let Tile { mesh, faces, vertex_rounds: rounds, .. } = tile;
         let Steps { normals, votes, stops, .. } = steps;
-        Fitter { mesh, faces, normals, scale: &wide, votes, stops, rounds }.fits(&tile.demand.owned)
+        Fitter { mesh, faces, normals, known: &steps.known, scale: &wide, votes, stops, rounds }
+            .fits(&tile.demand.owned)
     };
     let expected = fits(&whole.tile, &whole.steps);
     let tiles = || {
         for cell in &cut.cells {
-            let tile = Tile::load(&source, &cut, &reach, cell);
+            let tile = Tile::load(&source, &cut, &|_| (), cell);
             let found = fits(&tile, &Steps::compute(&tile, &cut));
             for &v in &tile.demand.owned {
                 let w = Whole::place(&whole.tile.mesh.vertex_ids, &tile.mesh.id(v));
@@ -322,7 +345,10 @@ fn a_patch_that_reaches_beyond_the_level_cubes_is_noticed() {
 
 #[test]
 fn a_halo_that_is_too_wide_changes_nothing() {
-    let changes: [Change; 6] = [
+    let changes: [Change; 9] = [
+        ("smoothing rounds", |reach| reach.smoothing_rounds += 1),
+        ("contrast steps", |reach| reach.contrast_steps += 1),
+        ("further votes", |reach| reach.further_votes += 1),
         ("link steps", |reach| reach.link_steps += 1),
         ("thinning radius", |reach| reach.thin_radius *= 1.5),
         ("average rounds", |reach| reach.average_rounds += 3),

@@ -3,14 +3,16 @@
 //! In: words. Out: [`Params`], [`Limits`] and paths whose values are possible ones on their own; whether they suit a mesh
 //! is found out when it has been scanned.
 
+use super::method::{MethodArgs, refusal};
 use crate::config::{DEFAULT_TILE_FACES, Limits, Params, Sigma, Tiling, method};
 use crate::input::IoMode;
 use crate::stitch::Geometry;
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use std::ffi::OsString;
 use std::path::PathBuf;
 
 /// Headings of the help.
-const WHAT: &str = "What is detected";
+pub(super) const WHAT: &str = "What is detected";
 const HOW: &str = "How the work is done (none of this changes the result)";
 const OUTPUT: &str = "Output";
 
@@ -20,6 +22,24 @@ const OUTPUT: &str = "Output";
 pub(super) struct Cli {
     #[command(subcommand)]
     pub command: Command,
+}
+
+impl Cli {
+    /// Parses `arguments`, of which the first is the name of the program.
+    ///
+    /// # Errors
+    /// If they ask for help or for something that makes no sense.
+    pub fn parse_words(arguments: impl IntoIterator<Item = OsString>) -> Result<Cli, clap::Error> {
+        let cli = Cli::try_parse_from(arguments)?;
+        match &cli.command {
+            Command::Detect(args) => args.method.check(args.sigma.sigma(), args.min_angle)?,
+            Command::Info(args) if args.sigma.sigma().is_zero() => {
+                return Err(refusal("a sigma of 0 needs detect --method paper"));
+            }
+            Command::Info(_) | Command::Diff(_) => {}
+        }
+        Ok(cli)
+    }
 }
 
 const EXIT_CODES: &str = "\
@@ -66,10 +86,14 @@ pub(super) struct DetectArgs {
     pub input: PathBuf,
 
     #[command(flatten)]
+    pub method: MethodArgs,
+
+    #[command(flatten)]
     pub sigma: SigmaArgs,
 
     /// The weakest crease to report, as the mean angle of a line in degrees: 0 is flat, 90 is the edge of a box, 180 is
-    /// folded back. Default: 0, which leaves the decision to the noise and the curvature around each place.
+    /// folded back. Default: 0, which leaves the decision to the noise and the curvature around each place. With
+    /// `--method robust` only.
     #[arg(long, value_name = "DEG", help_heading = WHAT, value_parser = angle, allow_negative_numbers = true)]
     pub min_angle: Option<f64>,
 
@@ -122,6 +146,7 @@ impl DetectArgs {
     pub fn params(&self) -> Params {
         let default = Params::default();
         Params {
+            method: self.method.method(),
             sigma: self.sigma.sigma(),
             min_angle_deg: self.min_angle.unwrap_or(default.min_angle_deg),
             min_length_sigmas: self.min_length.unwrap_or(default.min_length_sigmas),
@@ -159,12 +184,13 @@ pub(super) struct DiffArgs {
 #[derive(Debug, Args)]
 pub(super) struct SigmaArgs {
     /// Radius over which the surface is averaged, in the units of the mesh (metres, if the mesh is in metres). Larger
-    /// suppresses more noise; features closer together than this merge.
+    /// suppresses more noise; features closer together than this merge. With `--method paper` it is the edge of the cube
+    /// around a vertex whose faces vote, and may be 0: then only the faces at the vertex do.
     #[arg(long, value_name = "LENGTH", help_heading = WHAT, conflicts_with = "sigma_edges",
-          value_parser = positive, allow_negative_numbers = true)]
+          value_parser = sigma, allow_negative_numbers = true)]
     sigma: Option<f64>,
 
-    /// The same radius in median edge lengths of the mesh, from 1 to 30. Default: 3.
+    /// The same in median edge lengths of the mesh, from 1 to 30. Default: 3.
     #[arg(long, value_name = "K", help_heading = WHAT, value_parser = edges, allow_negative_numbers = true)]
     sigma_edges: Option<f64>,
 }
@@ -288,9 +314,19 @@ fn number(text: &str) -> Result<f64, String> {
     text.parse::<f64>().map_err(|_| "not a number".to_owned())
 }
 
-fn positive(text: &str) -> Result<f64, String> {
+fn sigma(text: &str) -> Result<f64, String> {
     let x = number(text)?;
-    if x > 0.0 && x.is_finite() { Ok(x) } else { Err("it must be a length above 0".to_owned()) }
+    if x >= 0.0 && x.is_finite() {
+        Ok(x)
+    } else {
+        Err("it must be a length above 0, or 0 with --method paper".to_owned())
+    }
+}
+
+/// A number from 0 to 1.
+pub(super) fn share(text: &str) -> Result<f64, String> {
+    let x = number(text)?;
+    if (0.0..=1.0).contains(&x) { Ok(x) } else { Err("it must lie between 0 and 1".to_owned()) }
 }
 
 fn length(text: &str) -> Result<f64, String> {
@@ -306,21 +342,22 @@ fn angle(text: &str) -> Result<f64, String> {
 fn edges(text: &str) -> Result<f64, String> {
     let (min, max) = method::SIGMA_EDGES_RANGE;
     let x = number(text)?;
-    if (min..=max).contains(&x) {
+    if (min..=max).contains(&x) || x == 0.0 {
         Ok(x)
     } else {
-        Err(format!("it must lie between {min} and {max} median edge lengths"))
+        Err(format!("it must lie between {min} and {max} median edge lengths, or be 0 with --method paper"))
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::config::{Method, PaperThresholds};
     use clap::CommandFactory;
 
     fn detect(words: &str) -> Result<DetectArgs, clap::Error> {
         let all = ["crease", "detect", "in.ply"].into_iter().chain(words.split_whitespace());
-        Cli::try_parse_from(all).map(|cli| match cli.command {
+        Cli::parse_words(all.map(OsString::from)).map(|cli| match cli.command {
             Command::Detect(args) => args,
             other => panic!("{other:?}"),
         })
@@ -350,6 +387,9 @@ mod tests {
             format!("Default: {:.2}", default.min_length_sigmas),
             format!("Default: {}", default.min_angle_deg),
             format!("Default: {DEFAULT_TILE_FACES}"),
+            format!("Default: {}", PaperThresholds::default().salience),
+            format!("Default: {}", PaperThresholds::default().edge_l2),
+            format!("Default: {}", PaperThresholds::default().corner_l3),
         ] {
             let flat = help.split_whitespace().collect::<Vec<_>>().join(" ");
             assert!(flat.contains(&text), "{text} is not in {flat}");
@@ -361,6 +401,7 @@ mod tests {
         let args = detect("--sigma 0.5 --min-angle 10 --min-length 0 --boundaries --in-core --io read")
             .expect("parse");
         let expected = Params {
+            method: Method::Robust,
             sigma: Sigma::Length(0.5),
             min_angle_deg: 10.0,
             min_length_sigmas: 0.0,
@@ -389,8 +430,43 @@ mod tests {
             "--threads 1025",
             "--io pipe",
             "--quiet --verbose",
+            "--method both",
+            "--method paper --salience 1.1",
+            "--method paper --edge-l2 0",
+            "--method paper --corner-l3 2",
+            "--method paper --sigma -1",
+            "--method paper --sigma-edges 0.5",
         ] {
             assert!(detect(words).is_err(), "{words}");
+        }
+    }
+
+    #[test]
+    fn the_paper_method_has_its_own_options() {
+        let published = PaperThresholds { corner_l3: 0.065, edge_l2: 0.02, salience: 0.1 };
+        let args = detect("--method paper").expect("parse");
+        assert_eq!(args.params(), Params { method: Method::Paper(published), ..Params::default() });
+        let args =
+            detect("--method paper --sigma 0 --salience 0.2 --edge-l2 0.03 --corner-l3 0.07").expect("parse");
+        let thresholds = PaperThresholds { corner_l3: 0.07, edge_l2: 0.03, salience: 0.2 };
+        let expected =
+            Params { method: Method::Paper(thresholds), sigma: Sigma::Length(0.0), ..Params::default() };
+        assert_eq!(args.params(), expected);
+    }
+
+    #[test]
+    fn options_of_the_other_method_are_refused_by_name() {
+        for (words, message) in [
+            ("--salience 0.2", "--salience needs --method paper"),
+            ("--method robust --edge-l2 0.02", "--edge-l2 needs --method paper"),
+            ("--corner-l3 0.1", "--corner-l3 needs --method paper"),
+            ("--sigma 0", "a sigma of 0 needs --method paper"),
+            ("--sigma-edges 0", "a sigma of 0 needs --method paper"),
+            ("--method paper --min-angle 10", "--min-angle needs --method robust"),
+            ("--method paper --min-angle 0", "--min-angle needs --method robust"),
+        ] {
+            let refusal = detect(words).expect_err(words).to_string();
+            assert!(refusal.contains(message), "{words}: {refusal}");
         }
     }
 }

@@ -14,6 +14,7 @@ mod commands;
 mod console;
 mod exit;
 mod memory;
+mod method;
 mod progress;
 mod records;
 mod summary;
@@ -23,7 +24,6 @@ mod text;
 pub use exit::Exit;
 
 use args::{Cli, Command};
-use clap::Parser;
 use exit::Failure;
 use std::ffi::OsString;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -31,7 +31,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 /// Parses `arguments`, of which the first is the name of the program, and does what they ask for.
 pub fn run(arguments: impl IntoIterator<Item = OsString>) -> Exit {
     console::report_panics_on_one_line();
-    let cli = match Cli::try_parse_from(arguments) {
+    let cli = match Cli::parse_words(arguments) {
         Ok(cli) => cli,
         Err(refusal) => return console::answer(&refusal),
     };

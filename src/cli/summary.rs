@@ -5,7 +5,7 @@
 use super::text::{
     bytes, counted, decimals_for, entry, grouped, measure, percent, span, table, with_decimals,
 };
-use crate::config::{Params, method};
+use crate::config::{Method, PaperThresholds, Params, method};
 use crate::pipeline::Detection;
 use crate::stitch::{Class, Line};
 use std::fmt;
@@ -57,7 +57,14 @@ impl Outcome<'_> {
         f.write_str(&entry("mesh", &format!("{faces}, {}", counted(scan.vertices, "vertex", "vertices"))))?;
         f.write_str(&entry("median edge", &format!("{} mesh units", measure(scan.median_side))))?;
         let edges = if scan.median_side > 0.0 { sigma / scan.median_side } else { method::SIGMA_EDGES };
-        f.write_str(&entry("sigma", &format!("{} mesh units ({edges:.2} median edges)", measure(sigma))))
+        f.write_str(&entry("sigma", &format!("{} mesh units ({edges:.2} median edges)", measure(sigma))))?;
+        match &self.params.method {
+            Method::Robust => Ok(()),
+            Method::Paper(PaperThresholds { salience, edge_l2, corner_l3 }) => f.write_str(&entry(
+                "method",
+                &format!("paper, salience from {salience}, sharp edges from l2 {edge_l2}, corners from l3 {corner_l3}"),
+            )),
+        }
     }
 
     fn lines(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -98,14 +105,20 @@ impl Outcome<'_> {
     /// What to try when nothing was found.
     fn hints(&self) -> String {
         let mut hints = String::new();
+        if let Method::Paper(thresholds) = &self.params.method {
+            hints.push_str(&format!("  --salience below {}\n", thresholds.salience));
+            hints.push_str(&format!("  --edge-l2 below {}\n", thresholds.edge_l2));
+        }
         if self.params.min_angle_deg > 0.0 {
             hints.push_str(&format!("  --min-angle below {}\n", self.params.min_angle_deg));
         }
         if self.params.min_length_sigmas > 0.0 {
             hints.push_str(&format!("  --min-length below {:.2}\n", self.params.min_length_sigmas));
         }
-        let sigma = measure(self.found.work.sigma);
-        hints.push_str(&format!("  --sigma below {sigma} for fine features, above it for noisy surfaces\n"));
+        let sigma = self.found.work.sigma;
+        let fine =
+            if sigma > 0.0 { format!("below {} for fine features, ", measure(sigma)) } else { String::new() };
+        hints.push_str(&format!("  --sigma {fine}above {} for noisy surfaces\n", measure(sigma)));
         hints
     }
 
@@ -230,9 +243,13 @@ mod tests {
     }
 
     fn text(found: &Detection) -> String {
+        text_of(found, &Params { min_angle_deg: 5.0, ..Params::default() })
+    }
+
+    fn text_of(found: &Detection, params: &Params) -> String {
         Outcome {
             input: "scan.ply",
-            params: &Params { min_angle_deg: 5.0, ..Params::default() },
+            params,
             found,
             threads: 2,
             io: "auto",
@@ -292,8 +309,29 @@ written
     fn finding_nothing_is_said_with_a_hint() {
         let text = text(&detection(Vec::new()));
         assert!(text.contains("\nfound no lines; "), "{text}");
-        for hint in ["--min-angle below 5", "--min-length below 2.67", "--sigma below 1.500"] {
+        for hint in [
+            "--min-angle below 5",
+            "--min-length below 2.67",
+            "--sigma below 1.500 for fine",
+            "above 1.500 for noisy",
+        ] {
             assert!(text.contains(hint), "{hint} is not in {text}");
+        }
+    }
+
+    #[test]
+    fn the_paper_method_is_named_with_its_thresholds() {
+        let params = Params { method: Method::Paper(PaperThresholds::default()), ..Params::default() };
+        let mut found = detection(Vec::new());
+        found.work.sigma = 0.0;
+        let text = text_of(&found, &params);
+        for part in [
+            "sigma             0 mesh units (0.00 median edges)",
+            "method            paper, salience from 0.1, sharp edges from l2 0.02, corners from l3 0.065",
+            "  --salience below 0.1\n",
+            "  --sigma above 0 for noisy surfaces",
+        ] {
+            assert!(text.contains(part), "{part} is not in {text}");
         }
     }
 }

@@ -23,18 +23,30 @@ pub const NOISE_QUANTILE: f64 = 0.5;
 pub const BACKGROUND_QUANTILE: f64 = 0.3;
 
 /// Refinement: most rounds a face takes part in.
-pub const REFINE_ROUNDS: f64 = 20.0;
+pub const REFINE_ROUNDS: f64 = 40.0;
 /// Refinement: rounds per radian of local noise. More rounds than the noise asks for would facet smooth surfaces.
 pub const REFINE_SLOPE: f64 = 80.0;
 /// Refinement: width of the range kernel in local noise levels; folds narrower than this are averaged linearly.
 pub const RANGE_KAPPA: f64 = 4.0;
 /// Refinement: narrowest range kernel, so that float noise on a plane is averaged at all.
 pub const RANGE_MIN_DEG: f64 = 1.5;
-/// Refinement: widest range kernel after round 0, so that a right angle survives any noise.
-pub const RANGE_MAX_DEG: f64 = 50.0;
+/// Refinement: rounds after round 0 in which the kernel is narrow, which tells steep faces of dense features apart before
+/// they are averaged. Kept narrow for longer it would facet curved surfaces.
+pub const RANGE_EARLY_ROUNDS: u32 = 5;
+/// Refinement: widest range kernel in those rounds.
+pub const RANGE_EARLY_DEG: f64 = 30.0;
+/// Refinement: widest range kernel later, so that a right angle survives any noise.
+pub const RANGE_MAX_DEG: f64 = 45.0;
 
 /// Tensors: votes after the first, for k = 1.
 pub const REVOTES: f64 = 3.0;
+
+/// Surroundings are calm where their threshold would be below this: nothing steep that a larger scale could blur.
+pub const CALM_DEG: f64 = 6.0;
+/// Tensors: votes more in calm surroundings, for each refinement round: averaged normals vary on a larger scale.
+pub const FURTHER_PER_ROUND: f64 = 0.3;
+/// Each of them raises the fold angle of noise, and so the threshold, by this share.
+pub const FURTHER_BACKGROUND: f64 = 0.045;
 
 /// Local threshold in background levels.
 pub const THRESHOLD_BACKGROUND: f64 = 2.0;
@@ -50,31 +62,49 @@ pub const CORNER_RATIO: f64 = 0.4;
 /// A weak edge becomes a sharp edge at this fold angle.
 pub const SHARP_DEG: f64 = 30.0;
 
-/// Contrast: vertices of a walk across the line.
-pub const CONTRAST_STEPS: usize = 5;
-/// Contrast: how far that walk may lead. Less than a level cube, which the halo makes use of.
-pub const CONTRAST_REACH: f64 = 5.0;
+/// Contrast: vertices of a walk across the line, on a clean mesh.
+pub const CONTRAST_STEPS: f64 = 3.0;
+/// The same, more for each refinement round: averaging widens what is left of a crease.
+pub const CONTRAST_STEPS_PER_ROUND: f64 = 0.2;
+/// Contrast: how far that walk may lead, on a clean mesh. A fillet is wider and does not become a crease.
+pub const CONTRAST_REACH: f64 = 3.0;
+/// The same, more for each refinement round.
+pub const CONTRAST_REACH_PER_ROUND: f64 = 0.15;
+
+/// Walks along lines: rounds of smoothing of the positions they see, for each refinement round.
+pub const SMOOTH_PER_ROUND: f64 = 0.1;
+/// Walks along lines: most rounds of smoothing. More would round the corners off.
+pub const SMOOTH_ROUNDS: f64 = 3.0;
 
 /// Trace: vertices followed on each side.
 pub const TRACE_STEPS: usize = 5;
 /// Trace: vertices below this share of the local threshold are not followed.
 pub const TRACE_LOW: f64 = 0.5;
+/// Trace: a supporter counts at most this many times the vertex's own fold, or the tip of a cone would be a star of lines.
+pub const TRACE_LEND: f64 = 1.25;
 /// All walks: cosine of the widest angle (60 degrees) between a step and the direction of travel.
 pub const CONE_COS: f64 = 0.5;
 /// Trace: cosine of the widest turn (45 degrees) between neighbouring line directions.
 pub const TURN_COS: f64 = std::f64::consts::FRAC_1_SQRT_2;
 
 /// Support: share of the fold that must stand out against the surroundings.
-pub const CREST_CONTRAST: f64 = 0.35;
+pub const CREST_CONTRAST: f64 = 0.4;
 /// The same for a strong vertex.
-pub const STRONG_CONTRAST: f64 = 0.5;
+pub const STRONG_CONTRAST: f64 = 0.45;
 /// No smooth surface folds this much within a ring: such a fold needs no contrast.
 pub const SURE_DEG: f64 = 45.0;
 /// A strong vertex exceeds its threshold by this factor.
-pub const STRONG_MEASURE: f64 = 1.6;
+pub const STRONG_MEASURE: f64 = 1.3;
 
 /// Thinning: most rounds of averaging along the line.
-pub const AVERAGE_ROUNDS: usize = 8;
+pub const AVERAGE_ROUNDS: u32 = 8;
+/// The same in calm surroundings, where no other line is near to leak in.
+pub const AVERAGE_ROUNDS_CALM: u32 = 16;
+/// Thinning: a ridge vertex folds itself: its own tensor shows this share of what the repeated vote shows. Beside a clean
+/// edge only the repeated vote shows a fold.
+pub const OWN_SHARE: f64 = 0.25;
+/// That share falls to 0 at so many refinement rounds, where averaging has levelled the difference.
+pub const OWN_ROUNDS: f64 = 30.0;
 /// Thinning: radius of the non-maximum suppression.
 pub const THIN_RADIUS: f64 = 1.6;
 /// Thinning: a neighbour lies across the line when (e.b)^2 is at least this many (e.t)^2.
@@ -100,7 +130,9 @@ pub const STRONG_SHARE: f64 = 0.25;
 
 /// Fit: radius of the patch where there is no noise. Two rings: a plane through fewer vertices would be the vertices.
 pub const FIT_NEAR: f64 = 2.5;
-/// Fit: radius of the patch at the most refinement rounds. The slope of a plane through a patch is the surer the wider it
+/// Fit: with so many refinement rounds (noise from .2 on) a patch is as wide as it gets.
+pub const FIT_NOISY_ROUNDS: f64 = 20.0;
+/// Fit: radius of the patch there. The slope of a plane through a patch is the surer the wider it
 /// is, with the square of the radius. Less than a level cube, which the halo makes use of.
 pub const FIT_FAR: f64 = 5.5;
 /// Fit: a face belongs to a plane if the chord between the normals is below this (29 degrees): wide enough for what noise
@@ -121,7 +153,7 @@ pub const FIT_PULL: f64 = 0.3;
 /// Fit: standard error below which no plane is taken to be: surfaces are not flat to a fiftieth of an edge.
 pub const FIT_FLOOR: f64 = 0.02;
 /// Fit: how far a line vertex lies from its line, as a standard deviation: half an edge where there is no noise, twice
-/// that at the most refinement rounds (measured: 0.3 to 0.7).
+/// that with much noise (measured: 0.3 to 0.7).
 pub const FIT_SLACK: f64 = 0.5;
 /// Fit: the crease is looked for so far from the vertex.
 pub const FIT_SHIFT: f64 = 1.0;

@@ -1,10 +1,13 @@
 //! What a run is asked for.
 //!
 //! [`Params`] change the result and are what two runs must share to be comparable; [`Limits`] say how the work is cut
-//! up and never change a byte of it. The constants of the method, which are not for users to set, are in
-//! [`method`].
+//! up and never change a byte of it. The constants of the methods, which are not for users to set, are in
+//! [`method`] and [`paper`].
 
 pub mod method;
+pub mod paper;
+
+pub use paper::PaperThresholds;
 
 use crate::input::IoMode;
 use serde::{Deserialize, Serialize};
@@ -18,13 +21,33 @@ pub enum Sigma {
     Length(f64),
 }
 
+impl Sigma {
+    /// Whether it is 0, which to the paper method means that the one-ring votes and nothing else.
+    pub fn is_zero(self) -> bool {
+        matches!(self, Sigma::Edges(x) | Sigma::Length(x) if x == 0.0)
+    }
+}
+
+/// Which method decides what a feature is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub enum Method {
+    /// Refined normals, fold angles, thresholds that follow noise and background: section 1 of `docs/ALGORITHM.md`.
+    #[default]
+    Robust,
+    /// The published method with its global thresholds, for comparison and for clean CAD: section 6.
+    Paper(PaperThresholds),
+}
+
 /// Parameters that change the result.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Params {
+    /// Which method, with its thresholds.
+    pub method: Method,
     /// Scale of the voting neighbourhood.
     pub sigma: Sigma,
     /// The weakest crease to report: lines whose mean dihedral angle is smaller are dropped, and vertices with a smaller
-    /// one are class face. In degrees, 0 to 180; 0 leaves the decision to the local threshold.
+    /// one are class face. In degrees, 0 to 180; 0 leaves the decision to the local threshold. The paper method fits no
+    /// planes and takes only 0.
     pub min_angle_deg: f64,
     /// The shortest line to report, in sigmas. Applies to connected components of crease lines.
     pub min_length_sigmas: f64,
@@ -35,6 +58,7 @@ pub struct Params {
 impl Default for Params {
     fn default() -> Self {
         Params {
+            method: Method::Robust,
             sigma: Sigma::Edges(method::SIGMA_EDGES),
             min_angle_deg: 0.0,
             min_length_sigmas: method::MIN_LENGTH / method::SIGMA_EDGES,
@@ -66,15 +90,34 @@ pub enum ParamError {
     /// A negative or non-finite length.
     #[error("the smallest length is {0} sigmas; it must be finite and not negative")]
     MinLength(f64),
+    /// The paper method measures salience, not angles.
+    #[error(
+        "the paper method has no smallest angle ({0} degrees were asked for); choose the salience instead"
+    )]
+    MinAngleOfPaper(f64),
+    /// A threshold that all vertices exceed or none can.
+    #[error("the threshold of {name} is {value}; it must be above 0 and at most 1")]
+    Eigenvalue {
+        /// Of which eigenvalue.
+        name: &'static str,
+        /// What was asked for.
+        value: f64,
+    },
+    /// Salience is divided by its largest value.
+    #[error("the threshold of the salience is {0}; it must lie between 0 and 1")]
+    Salience(f64),
 }
 
 impl Params {
-    /// The ratio k between the asked-for sigma and the standard one of three median edge lengths `h`.
+    /// The ratio k between the asked-for sigma and the standard one of three median edge lengths `h`. 1 where the paper
+    /// method votes over the one-ring alone (sigma = 0), which is a neighbourhood of about the standard size.
     ///
     /// # Errors
     /// If any parameter is outside the range the method is defined for.
     pub fn scale(&self, h: f64) -> Result<f64, ParamError> {
+        self.check_method()?;
         let edges = match self.sigma {
+            sigma if sigma.is_zero() && matches!(self.method, Method::Paper(_)) => method::SIGMA_EDGES,
             Sigma::Edges(edges) => edges,
             // A mesh without any extent has no edge to compare with; any scale gives the same empty result.
             Sigma::Length(length) if h > 0.0 => length / h,
@@ -91,6 +134,16 @@ impl Params {
             return Err(ParamError::MinLength(self.min_length_sigmas));
         }
         Ok(edges / method::SIGMA_EDGES)
+    }
+
+    fn check_method(&self) -> Result<(), ParamError> {
+        match &self.method {
+            Method::Robust => Ok(()),
+            Method::Paper(_) if self.min_angle_deg != 0.0 => {
+                Err(ParamError::MinAngleOfPaper(self.min_angle_deg))
+            }
+            Method::Paper(thresholds) => thresholds.check(),
+        }
     }
 }
 
@@ -124,3 +177,42 @@ impl Default for Limits {
 /// to four are in flight: some 3 GB. Smaller tiles spend more on their halos: an ordinary scan needs about 60 edges on
 /// every side, a quarter more faces at this size and as many again at a tenth of it.
 pub const DEFAULT_TILE_FACES: u64 = 2_000_000;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn paper(thresholds: PaperThresholds, sigma: Sigma) -> Params {
+        Params { method: Method::Paper(thresholds), sigma, ..Params::default() }
+    }
+
+    #[test]
+    fn a_sigma_of_zero_is_for_the_paper_method() {
+        let robust = Params { sigma: Sigma::Edges(0.0), ..Params::default() };
+        assert!(matches!(robust.scale(2.0), Err(ParamError::Sigma { edges: 0.0, .. })));
+        for sigma in [Sigma::Edges(0.0), Sigma::Length(0.0)] {
+            assert_eq!(paper(PaperThresholds::default(), sigma).scale(2.0), Ok(1.0));
+        }
+        assert_eq!(paper(PaperThresholds::default(), Sigma::Length(12.0)).scale(2.0), Ok(2.0));
+        let small = paper(PaperThresholds::default(), Sigma::Length(1.0)).scale(2.0);
+        assert!(matches!(small, Err(ParamError::Sigma { .. })), "{small:?}");
+    }
+
+    #[test]
+    fn thresholds_that_divide_nothing_are_refused() {
+        let published = PaperThresholds::default();
+        let refused = |thresholds| paper(thresholds, Sigma::Edges(3.0)).scale(1.0).expect_err("refused");
+        for salience in [-0.1, 1.1, f64::NAN] {
+            assert!(matches!(refused(PaperThresholds { salience, ..published }), ParamError::Salience(_)));
+        }
+        for x in [0.0, 1.1, f64::NAN] {
+            for thresholds in
+                [PaperThresholds { edge_l2: x, ..published }, PaperThresholds { corner_l3: x, ..published }]
+            {
+                assert!(matches!(refused(thresholds), ParamError::Eigenvalue { .. }), "{thresholds:?}");
+            }
+        }
+        let floor = Params { min_angle_deg: 5.0, ..paper(published, Sigma::Edges(3.0)) };
+        assert_eq!(floor.scale(1.0), Err(ParamError::MinAngleOfPaper(5.0)));
+    }
+}

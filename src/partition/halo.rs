@@ -1,6 +1,7 @@
 //! What a vertex depends on, and the certificate that a tile has loaded all of it.
 //!
-//! This is the one place that knows how far the steps of the method reach. Going backwards from the vertices a tile owns:
+//! This is the one place that knows how far the steps of the robust method reach ([`super::paper`] knows it of the other).
+//! Going backwards from the vertices a tile owns:
 //!
 //! | needed | where | because |
 //! |---|---|---|
@@ -8,9 +9,12 @@
 //! | ridge, support, R | [`Reach::link_steps`] rings more | a path has so many steps |
 //! | R | thinning radius around those, and their one-ring | a ridge vertex compares itself with them |
 //! | theta, t | [`Reach::average_rounds`] rings around those | R is averaged along the line |
-//! | theta, t, contrast, threshold | [`Reach::trace_steps`] rings around the supported ones | support is traced |
-//! | theta | the 27 level cubes around each of those | the threshold is a level; a contrast walk stays inside them too |
-//! | first tensors | [`Reach::revotes`] rings around every theta | tensors vote again |
+//! | theta, t, contrast | [`Reach::trace_steps`] rings around the supported ones | support is traced |
+//! | smoothed positions | the same; positions [`Reach::smoothing_rounds`] rings around | walks see them |
+//! | theta | [`Reach::contrast_steps`] rings around every contrast | walks across the line |
+//! | repeated votes | [`Reach::further_votes`] rings around every theta | calm tensors vote further |
+//! | narrow theta | the 27 level cubes around each of those | surroundings are told by a level |
+//! | first tensors | [`Reach::revotes`] rings around every narrow theta | tensors vote again |
 //! | refined normals | faces around those | |
 //! | normals of earlier rounds | as many rings of faces as the local number of rounds K | [`round_demand`] |
 //! | noise level | the 27 cubes around each such face | K and the kernel width |
@@ -40,6 +44,12 @@ pub struct Reach {
     pub average_rounds: usize,
     /// Rings of a support trace.
     pub trace_steps: usize,
+    /// Rings of smoothing of the positions that walks along lines see.
+    pub smoothing_rounds: usize,
+    /// Rings of a contrast walk.
+    pub contrast_steps: usize,
+    /// Rings of the votes of calm tensors.
+    pub further_votes: usize,
     /// Rings of the repeated tensor vote.
     pub revotes: usize,
     /// Share of the refinement rounds that is accounted for; 1 unless a test wants to see a thin halo caught.
@@ -47,13 +57,16 @@ pub struct Reach {
 }
 
 impl Reach {
-    /// What the method reaches at this scale.
-    pub fn new(scale: &Scale) -> Reach {
+    /// What the method reaches at this scale where no vertex has a larger K than `rounds`. All of it grows with K.
+    pub fn new(scale: &Scale, rounds: u32) -> Reach {
         Reach {
             link_steps: method::LINK_STEPS,
             thin_radius: scale.length(method::THIN_RADIUS),
-            average_rounds: method::AVERAGE_ROUNDS,
+            average_rounds: Scale::average_rounds(rounds, true),
             trace_steps: method::TRACE_STEPS,
+            smoothing_rounds: scale.smoothing_rounds(rounds),
+            contrast_steps: scale.contrast_steps(rounds),
+            further_votes: scale.further_votes(rounds),
             revotes: scale.rounds(method::REVOTES),
             rounds: 1.0,
         }
@@ -67,6 +80,9 @@ impl Reach {
             thin_radius: self.thin_radius * factor,
             average_rounds: rings(self.average_rounds),
             trace_steps: rings(self.trace_steps),
+            smoothing_rounds: rings(self.smoothing_rounds),
+            contrast_steps: rings(self.contrast_steps),
+            further_votes: rings(self.further_votes),
             revotes: rings(self.revotes),
             rounds: self.rounds * factor,
         }
@@ -76,7 +92,8 @@ impl Reach {
     /// two cubes each, the rings come on top. A ring is taken for a median edge: longer ones are better fetched one by
     /// one than by a margin all around.
     pub fn margin(&self, rounds: u32) -> i64 {
-        let rings = self.link_steps + self.trace_steps + self.revotes + 1 + rounds as usize;
+        let folded = (self.trace_steps + self.contrast_steps).max(self.average_rounds + 2);
+        let rings = self.link_steps + folded + self.further_votes + self.revotes + 1 + rounds as usize;
         2 + 2 + (rings as f64 / method::LEVEL_CUBE).ceil() as i64
     }
 }
@@ -88,6 +105,8 @@ pub struct Rings {
     list: Vec<u32>,
     /// Where ring i ends.
     ends: Vec<usize>,
+    /// How many rings there are.
+    around: usize,
 }
 
 impl Rings {
@@ -101,11 +120,16 @@ impl Rings {
         &self.list
     }
 
+    /// How many rings there are around the set. A set that is everything has as many as are asked for.
+    pub fn rings(&self) -> usize {
+        self.around
+    }
+
     /// Grows `seeds` (ascending) by `rings` rings. Vertices at which the mesh was not loaded whole become gaps.
-    fn grow(tile: &Loaded, seeds: Vec<u32>, rings: usize, gaps: &mut HashSet<Gap>) -> Rings {
+    pub(super) fn grow(tile: &Loaded, seeds: Vec<u32>, rings: usize, gaps: &mut HashSet<Gap>) -> Rings {
         let mut inside = vec![false; tile.mesh.vertex_count()];
         seeds.iter().for_each(|&v| inside[v as usize] = true);
-        let mut rest = Rings { ends: vec![seeds.len()], list: seeds };
+        let mut rest = Rings { ends: vec![seeds.len()], list: seeds, around: rings };
         for ring in 0..rings {
             let from = if ring == 0 { 0 } else { rest.ends[ring - 1] };
             let mut next = Vec::new();
@@ -126,13 +150,18 @@ impl Rings {
         rest
     }
 
-    /// Every vertex is in the set itself.
-    fn everything(vertices: usize) -> Rings {
-        Rings { list: (0..vertices as u32).collect(), ends: vec![vertices] }
+    /// Every vertex is in the set itself, and in each of the `rings` around it.
+    fn everything(vertices: usize, rings: usize) -> Rings {
+        Rings { around: rings, ..Rings::set((0..vertices as u32).collect()) }
+    }
+
+    /// A set (ascending) without any rings around it.
+    pub(super) fn set(list: Vec<u32>) -> Rings {
+        Rings { ends: vec![list.len()], list, around: 0 }
     }
 
     /// The vertices in ascending order.
-    fn sorted(&self) -> Vec<u32> {
+    pub(super) fn sorted(&self) -> Vec<u32> {
         let mut list = self.list.clone();
         list.sort_unstable();
         list
@@ -155,7 +184,7 @@ impl Loaded<'_> {
     }
 
     /// Whether everything around `v` was loaded; if not, notes a gap from which `rings` more may be asked for.
-    fn certified(&self, v: u32, rings: usize, gaps: &mut HashSet<Gap>) -> bool {
+    pub(super) fn certified(&self, v: u32, rings: usize, gaps: &mut HashSet<Gap>) -> bool {
         let complete = self.mesh.complete[v as usize];
         if !complete {
             // Edges are as long as those around; the ones that are loaded tell.
@@ -190,12 +219,41 @@ pub struct Demand {
     pub owned: Vec<u32>,
     /// Where support, threshold, noise and ridges are asked for.
     pub linked: Vec<u32>,
-    /// Where contrast and threshold are asked for.
+    /// Where contrast and stops are asked for.
     pub traced: Vec<u32>,
+    /// Where smoothed positions are asked for, with a ring for each round of smoothing.
+    pub smoothed: Rings,
     /// Where R is asked for, with a ring for each averaging round.
     pub thinned: Rings,
-    /// Where theta is asked for, with a ring for each repeated vote.
+    /// Where theta is asked for, with a ring for each further vote.
+    pub folded: Rings,
+    /// Where narrow theta is asked for, with a ring for each repeated vote.
     pub voted: Rings,
+}
+
+impl Demand {
+    /// Everything everywhere: the tile is the whole mesh.
+    pub(super) fn everything(vertices: usize, reach: &Reach) -> Demand {
+        let everything = |rings| Rings::everything(vertices, rings);
+        Demand {
+            owned: everything(0).list,
+            linked: everything(0).list,
+            traced: everything(0).list,
+            smoothed: everything(reach.smoothing_rounds),
+            thinned: everything(reach.average_rounds),
+            folded: everything(reach.further_votes),
+            voted: everything(reach.revotes),
+        }
+    }
+
+    /// Where K is asked for, ascending.
+    pub fn noisy(&self) -> Vec<u32> {
+        let mut noisy = self.folded.all().to_vec();
+        noisy.extend(self.smoothed.all());
+        noisy.sort_unstable();
+        noisy.dedup();
+        noisy
+    }
 }
 
 /// What the owned vertices depend on, or the gaps that were found on the way.
@@ -203,46 +261,61 @@ pub fn vertex_demand(tile: &Loaded, plan: &Plan, cell: &Cell, reach: &Reach) -> 
     let mesh = tile.mesh;
     let mut gaps = HashSet::new();
     if plan.is_in_core() {
-        let everything = || Rings::everything(mesh.vertex_count());
-        let demand = Demand {
-            owned: everything().list,
-            linked: everything().list,
-            traced: everything().list,
-            thinned: everything(),
-            voted: everything(),
-        };
-        return (demand, gaps);
+        return (Demand::everything(mesh.vertex_count(), reach), gaps);
     }
     let owned: Vec<u32> = (0..mesh.vertex_count() as u32).filter(|&v| cell.owns(mesh.position(v))).collect();
     let linked = Rings::grow(tile, owned.clone(), reach.link_steps, &mut gaps).sorted();
-    let compared = balls(tile, cell, &linked, reach, &mut gaps);
+    let thinning = Thinning {
+        rings_from_owned: reach.link_steps,
+        radius: reach.thin_radius,
+        onward: reach.average_rounds,
+    };
+    let compared = balls(tile, cell, &linked, &thinning, &mut gaps);
     let thinned = Rings::grow(tile, compared, reach.average_rounds, &mut gaps);
     let traced = Rings::grow(tile, linked.clone(), reach.trace_steps, &mut gaps).sorted();
-    let levelled = in_level_cubes(tile, &traced, reach, &mut gaps);
-    let mut voted = thinned.sorted();
-    voted.extend(levelled);
-    voted.sort_unstable();
-    voted.dedup();
+    let smoothed = Rings::grow(tile, traced.clone(), reach.smoothing_rounds, &mut gaps);
+    let mut folded = Rings::grow(tile, traced.clone(), reach.contrast_steps, &mut gaps).list;
+    folded.extend(thinned.all());
+    folded.sort_unstable();
+    folded.dedup();
+    let folded = Rings::grow(tile, folded, reach.further_votes, &mut gaps);
+    let voted = in_level_cubes(tile, folded.all(), reach, &mut gaps);
     let voted = Rings::grow(tile, voted, reach.revotes, &mut gaps);
     // The first tensors of the outermost ring need all faces around them.
     voted.all().iter().for_each(|&v| _ = tile.certified(v, 1, &mut gaps));
-    (Demand { owned, linked, traced, thinned, voted }, gaps)
+    (Demand { owned, linked, traced, smoothed, thinned, folded, voted }, gaps)
+}
+
+/// What thinning looks at.
+pub(super) struct Thinning {
+    /// Rings of the seeds around the owned vertices.
+    pub rings_from_owned: usize,
+    /// Radius in mesh units.
+    pub radius: f64,
+    /// Rings that will be asked for from what is looked at: a guess for the margin of a gap.
+    pub onward: usize,
 }
 
 /// `seeds` and every vertex that thinning at one of them looks at, ascending.
-fn balls(tile: &Loaded, cell: &Cell, seeds: &[u32], reach: &Reach, gaps: &mut HashSet<Gap>) -> Vec<u32> {
+pub(super) fn balls(
+    tile: &Loaded,
+    cell: &Cell,
+    seeds: &[u32],
+    thinning: &Thinning,
+    gaps: &mut HashSet<Gap>,
+) -> Vec<u32> {
     // Deep inside the cell a ball holds owned vertices only, and the one-rings of those are among the seeds. A hundredth
     // more than the radius is far above the rounding of a distance.
-    let margin = DVec3::splat(1.01 * reach.thin_radius);
-    let deep = |p: DVec3| reach.link_steps > 0 && cell.owns(p - margin) && cell.owns(p + margin);
+    let margin = DVec3::splat(1.01 * thinning.radius);
+    let deep = |p: DVec3| thinning.rings_from_owned > 0 && cell.owns(p - margin) && cell.owns(p + margin);
     let shallow: Vec<u32> = seeds.iter().copied().filter(|&v| !deep(tile.mesh.position(v))).collect();
     let found: Vec<(Vec<u32>, Vec<u32>)> =
-        shallow.par_chunks(1024).map(|chunk| balls_of(tile.mesh, chunk, reach.thin_radius)).collect();
+        shallow.par_chunks(1024).map(|chunk| balls_of(tile.mesh, chunk, thinning.radius)).collect();
     let mut inside = vec![false; tile.mesh.vertex_count()];
     seeds.iter().for_each(|&v| inside[v as usize] = true);
     for (looked_at, outside) in found {
         looked_at.into_iter().for_each(|v| inside[v as usize] = true);
-        outside.into_iter().for_each(|u| _ = tile.certified(u, reach.average_rounds, gaps));
+        outside.into_iter().for_each(|u| _ = tile.certified(u, thinning.onward, gaps));
     }
     (0..inside.len() as u32).filter(|&v| inside[v as usize]).collect()
 }

@@ -3,10 +3,12 @@
 //! Nothing in here changes the result, except the two numbers that the scan finds for everyone: the median side length
 //! and the origin of the lattice.
 
+mod adapt;
 mod cells;
 mod halo;
 mod lattice;
 mod load;
+mod paper;
 mod plan;
 mod region;
 mod scan;
@@ -15,6 +17,7 @@ pub use cells::Cell;
 pub use halo::{Demand, Loaded, Reach, Rings, merge, noise_demand, round_demand, vertex_demand};
 pub use lattice::{Cube, CubeBox, Lattice};
 pub use load::{LoadError, load};
+pub use paper::{PaperReach, Pass, half_cube, paper_demand};
 pub use plan::{Plan, Scale};
 pub use region::{Gap, Region};
 pub use scan::{BlockSummary, Bounds, Scan, scan};

@@ -45,8 +45,12 @@ impl Region {
 
     /// Whether all 27 cubes around `cube` were loaded, so that a level there is that of the whole mesh.
     pub fn covers_level(&self, cube: Cube) -> bool {
-        let around = CubeBox::around(cube);
-        self.main.encloses(&around) || around.cubes().all(|c| self.contains(c))
+        self.covers(&CubeBox::around(cube))
+    }
+
+    /// Whether all cubes of `range` were loaded.
+    pub fn covers(&self, range: &CubeBox) -> bool {
+        self.main.encloses(range) || range.cubes().all(|c| self.contains(c))
     }
 
     /// Whether a face with this range of cubes has a point in the region.

@@ -7,8 +7,8 @@
 use crate::input::MeshSource;
 use crate::mesh::{TileId, TileMesh};
 use crate::partition::{
-    Cell, Demand, Gap, LoadError, Loaded, Plan, Reach, Region, load, merge, noise_demand, round_demand,
-    vertex_demand,
+    Cell, Demand, Gap, LoadError, Loaded, PaperReach, Pass, Plan, Reach, Region, load, merge, noise_demand,
+    paper_demand, round_demand, vertex_demand,
 };
 use crate::voting::{FaceGeometry, Noise, rounds};
 use glam::DVec3;
@@ -19,6 +19,8 @@ pub struct Certified {
     pub id: TileId,
     /// What was loaded.
     pub mesh: TileMesh,
+    /// The region it was loaded for.
+    pub region: Region,
     /// What of it the tile owns.
     pub cell: Cell,
     /// Where each step has to be computed.
@@ -29,12 +31,31 @@ pub struct Certified {
     pub noise: Vec<Option<f64>>,
     /// Refinement rounds to do for each face.
     pub needed: Vec<u32>,
-    /// K of each vertex, where it is asked for; 0 elsewhere.
+    /// K of each vertex where it is known; 0 elsewhere.
     pub vertex_rounds: Vec<u32>,
     /// Largest K that was met.
     pub most_rounds: u32,
     /// How often the region had to grow.
     pub regrown: u32,
+}
+
+/// How far the steps reach that the tile is loaded for.
+#[derive(Clone, Copy, Debug)]
+pub enum Halo {
+    /// Those of the robust method, times a factor: 1 unless a test wants to see a thin halo caught.
+    Robust(f64),
+    /// Those of one pass of the paper method.
+    Paper(PaperReach, Pass),
+}
+
+impl Halo {
+    /// A margin, in cubes, that is usually enough; `rounds` as in [`Reach::margin`].
+    pub fn margin(&self, plan: &Plan, rounds: u32) -> i64 {
+        match self {
+            Halo::Robust(factor) => Reach::new(&plan.scale, rounds).scaled(*factor).margin(rounds),
+            Halo::Paper(reach, pass) => reach.margin(*pass, &plan.scale, plan.lattice.edge),
+        }
+    }
 }
 
 /// Loads tile `id` with everything its vertices depend on. The first attempt loads its cell and `margin` cubes around it;
@@ -45,7 +66,7 @@ pub struct Certified {
 pub fn certify(
     source: &dyn MeshSource,
     plan: &Plan,
-    reach: &Reach,
+    halo: &Halo,
     id: TileId,
     margin: i64,
 ) -> Result<Certified, LoadError> {
@@ -53,7 +74,12 @@ pub fn certify(
     let mut region = plan.first_region(&cell, margin);
     let (mut regrown, mut generosity) = (0, 1u32);
     loop {
-        match attempt(source, plan, reach, id, &region)? {
+        let mesh = load(source, plan, &region)?;
+        let attempt = match halo {
+            Halo::Robust(factor) => attempt(plan, *factor, id, mesh, &region),
+            Halo::Paper(reach, pass) => paper_attempt(plan, reach, *pass, id, mesh, &region),
+        };
+        match attempt {
             Ok(mut tile) => {
                 tile.regrown = regrown;
                 return Ok(tile);
@@ -72,43 +98,79 @@ pub fn certify(
 /// Either the tile, or the gaps in the region.
 type Attempt = Result<Certified, Vec<Gap>>;
 
-/// Loads `region` and looks whether it is enough.
-fn attempt(
-    source: &dyn MeshSource,
-    plan: &Plan,
-    reach: &Reach,
-    id: TileId,
-    region: &Region,
-) -> Result<Attempt, LoadError> {
+/// Looks whether `mesh`, which was loaded for `region`, is enough.
+fn attempt(plan: &Plan, factor: f64, id: TileId, mesh: TileMesh, region: &Region) -> Attempt {
     let cell = plan.cells[id.0 as usize];
-    let mesh = load(source, plan, region)?;
     let loaded = Loaded { mesh: &mesh, region, lattice: &plan.lattice };
-    let (demand, mut gaps) = vertex_demand(&loaded, plan, &cell, reach);
     let faces = FaceGeometry::new(&mesh, &plan.scale);
     let levels = Noise::new(&mesh, &faces, &plan.lattice, region);
+    let vertex_rounds = rounds_at_vertices(&mesh, plan, &levels);
+    let reach =
+        Reach::new(&plan.scale, vertex_rounds.iter().flatten().copied().max().unwrap_or(0)).scaled(factor);
+    let (demand, mut gaps) = vertex_demand(&loaded, plan, &cell, &reach);
     let barycentres: Vec<DVec3> = (0..mesh.face_count() as u32).map(|f| mesh.barycentre(f)).collect();
     let noise = levels.levels_at(&barycentres);
     let face_rounds: Vec<Option<u32>> = noise.iter().map(|s0| s0.map(|s0| rounds(&plan.scale, s0))).collect();
-    let (needed, more) = round_demand(&loaded, plan, &demand.voted, &face_rounds, reach);
+    let (needed, more) = round_demand(&loaded, plan, &demand.voted, &face_rounds, &reach);
     gaps.extend(more);
-    let vertex_rounds = rounds_at(&mesh, plan, &levels, demand.thinned.all());
-    gaps.extend(noise_demand(&loaded, demand.thinned.all(), |v| vertex_rounds[v as usize].is_some()));
+    gaps.extend(noise_demand(&loaded, &demand.noisy(), |v| vertex_rounds[v as usize].is_some()));
     if !gaps.is_empty() {
-        return Ok(Err(merge(gaps)));
+        return Err(merge(gaps));
     }
     let most_rounds = needed.iter().copied().max().unwrap_or(0);
     let vertex_rounds = vertex_rounds.into_iter().map(|k| k.unwrap_or(0)).collect();
-    Ok(Ok(Certified { id, mesh, cell, demand, faces, noise, needed, vertex_rounds, most_rounds, regrown: 0 }))
+    let region = region.clone();
+    Ok(Certified {
+        id,
+        mesh,
+        region,
+        cell,
+        demand,
+        faces,
+        noise,
+        needed,
+        vertex_rounds,
+        most_rounds,
+        regrown: 0,
+    })
 }
 
-/// K at the vertices of `at`, where it is known.
-fn rounds_at(mesh: &TileMesh, plan: &Plan, levels: &Noise, at: &[u32]) -> Vec<Option<u32>> {
-    let positions: Vec<DVec3> = at.iter().map(|&v| mesh.position(v)).collect();
-    let mut found = vec![None; mesh.vertex_count()];
-    for (&v, s0) in at.iter().zip(levels.levels_at(&positions)) {
-        found[v as usize] = s0.map(|s0| rounds(&plan.scale, s0));
+/// The same for one pass of the paper method, which refines nothing: there is no noise to know, and no round to do.
+fn paper_attempt(
+    plan: &Plan,
+    reach: &PaperReach,
+    pass: Pass,
+    id: TileId,
+    mesh: TileMesh,
+    region: &Region,
+) -> Attempt {
+    let cell = plan.cells[id.0 as usize];
+    let loaded = Loaded { mesh: &mesh, region, lattice: &plan.lattice };
+    let (demand, gaps) = paper_demand(&loaded, plan, &cell, reach, pass);
+    if !gaps.is_empty() {
+        return Err(merge(gaps));
     }
-    found
+    let faces = FaceGeometry::new(&mesh, &plan.scale);
+    Ok(Certified {
+        id,
+        region: region.clone(),
+        cell,
+        demand,
+        faces,
+        noise: vec![None; mesh.face_count()],
+        needed: vec![0; mesh.face_count()],
+        vertex_rounds: vec![0; mesh.vertex_count()],
+        most_rounds: 0,
+        regrown: 0,
+        mesh,
+    })
+}
+
+/// K at each vertex where it is known. Whatever uses K certifies that it is, so that the largest known one is at least as
+/// large as any that is used.
+fn rounds_at_vertices(mesh: &TileMesh, plan: &Plan, levels: &Noise) -> Vec<Option<u32>> {
+    let positions: Vec<DVec3> = (0..mesh.vertex_count() as u32).map(|v| mesh.position(v)).collect();
+    levels.levels_at(&positions).into_iter().map(|s0| s0.map(|s0| rounds(&plan.scale, s0))).collect()
 }
 
 impl Certified {

@@ -1,16 +1,22 @@
-//! One tile, second half: steps A to D, from a certified tile to what it hands over.
+//! One tile, second half: steps A to D, from a certified tile to what it hands over. The methods differ in how they find
+//! features ([`Finding`]); from there on they are one.
 //!
 //! A pure function of what was loaded: it does not know whether the tile is one of a thousand or the only one.
 
 use super::census::census;
 use super::certify::Certified;
-use crate::config::{Params, method};
+use super::paper::PaperMethod;
+use crate::config::{Method, Params, method};
 use crate::math::DEGREE;
 use crate::mesh::Field;
 use crate::partition::Plan;
-use crate::refine::{Evidence, Fit, Fitter, Link, Linker, Support, average_along, contrast, ridges};
+use crate::refine::{
+    Evidence, Extremes, Fit, Fitter, Link, Linker, Support, average_along, contrast, ridges, smooth,
+};
 use crate::stitch::{Class, Fragments, LineVertex, LinkPath, OpenEdge, VertexFields};
-use crate::voting::{Stop, Vote, first_votes, refine, stops, thresholds, vote_again, votes};
+use crate::voting::{
+    Stop, Surroundings, Vote, first_votes, refine, stops, surroundings, vote_again, votes, widen,
+};
 use glam::DVec3;
 
 /// What one tile contributes.
@@ -25,10 +31,21 @@ pub struct TileResult {
     pub owned_faces: u64,
 }
 
-/// Steps A to D, and F as far as it is local. `with_fields` asks for the fields of every owned vertex.
-pub fn compute(tile: &Certified, plan: &Plan, params: &Params, with_fields: bool) -> TileResult {
-    let (normals, votes) = vote(tile, plan);
-    let finding = find(tile, plan, params, votes);
+/// Steps A to D, and F as far as it is local. The paper method needs the `extremes` of the whole mesh. `with_fields` asks for the fields of every owned
+/// vertex.
+pub fn compute(
+    tile: &Certified,
+    plan: &Plan,
+    params: &Params,
+    extremes: &Extremes,
+    with_fields: bool,
+) -> TileResult {
+    let finding = match &params.method {
+        Method::Robust => find(tile, plan, params),
+        Method::Paper(thresholds) => {
+            PaperMethod { plan, sigma: params.sigma, thresholds }.find(tile, extremes)
+        }
+    };
     let links = finding.links(tile, plan);
     let (open_edges, defects) = census(tile);
     let open_edges = if params.boundaries { open_edges } else { Vec::new() };
@@ -38,7 +55,7 @@ pub fn compute(tile: &Certified, plan: &Plan, params: &Params, with_fields: bool
     named.sort_unstable();
     named.dedup();
     let with = if with_fields { tile.demand.owned.as_slice() } else { &[] };
-    let fits = finding.fits(tile, plan, &normals, &named, with);
+    let fits = finding.fits(tile, plan, &named, with);
     let global = |l: &Link| LinkPath::new(l.vertices.iter().map(|&v| mesh.id(v)), l.weight);
     let owned = &tile.demand.owned;
     let fragments = Fragments {
@@ -59,69 +76,108 @@ pub fn compute(tile: &Certified, plan: &Plan, params: &Params, with_fields: bool
     }
 }
 
+/// Refined normals, and where they can be relied on.
+pub(super) struct Refined {
+    /// By face.
+    normals: Vec<DVec3>,
+    /// Known at the vertices around which all normals went through all their rounds.
+    known: Field<bool>,
+}
+
+/// What steps A and B find out.
+struct Tensors {
+    refined: Refined,
+    votes: Field<Vote>,
+    surroundings: Field<Surroundings>,
+}
+
 /// Steps A and B: refined normals, tensors, fold angles.
-fn vote(tile: &Certified, plan: &Plan) -> (Vec<DVec3>, Field<Vote>) {
-    let Certified { mesh, faces, demand, .. } = tile;
+fn vote(tile: &Certified, plan: &Plan) -> Tensors {
+    let Certified { mesh, faces, demand, vertex_rounds, .. } = tile;
     let normals = refine(mesh, faces, &plan.scale, &tile.noise, &tile.needed);
     let tokens = first_votes(mesh, faces, &normals, &plan.scale, &demand.voted);
     let again = vote_again(mesh, &tokens, &plan.scale, &demand.voted);
-    let votes = votes(mesh, &tokens, &again, &demand.voted);
-    (normals, votes)
+    let narrow = votes(mesh, &tokens, &again, &demand.voted);
+    let surroundings = surroundings(mesh, plan, &narrow, &demand.voted, vertex_rounds, demand.folded.all());
+    let votes = widen(mesh, &narrow, &again, &surroundings, &demand.folded);
+    let known = Field::compute(mesh.vertex_count(), demand.voted.within(0), |_| true);
+    Tensors { refined: Refined { normals, known }, votes, surroundings }
 }
 
-/// Contrast, thresholds, stops and support.
-fn find(tile: &Certified, plan: &Plan, params: &Params, votes: Field<Vote>) -> Finding {
-    let Certified { mesh, demand, .. } = tile;
+/// Contrast, stops, support and R.
+fn find(tile: &Certified, plan: &Plan, params: &Params) -> Finding {
+    let Certified { mesh, demand, vertex_rounds, .. } = tile;
+    let Tensors { refined, votes, surroundings } = vote(tile, plan);
+    let positions = smooth(mesh, &plan.scale, vertex_rounds, &demand.smoothed);
     let stops = stops(mesh, &votes, &demand.traced);
     let evidence = Evidence {
         mesh,
         votes: &votes,
-        contrast: &contrast(mesh, &plan.scale, &votes, &demand.traced),
-        threshold: &thresholds(mesh, &plan.lattice, &votes, &demand.voted, &demand.traced),
+        positions: &positions,
+        contrast: &contrast(mesh, &plan.scale, &votes, vertex_rounds, &demand.traced),
+        surroundings: &surroundings,
         stops: &stops,
     };
     let support = evidence.support(&demand.linked);
-    Finding { votes, support, stops, min_angle: params.min_angle_deg * DEGREE }
+    let r = average_along(mesh, &votes, &surroundings, vertex_rounds, &demand.thinned);
+    let refined = Some(refined);
+    let min_angle = params.min_angle_deg * DEGREE;
+    let (omega, strong) = (Vote::omega, Support::strong);
+    Finding { refined, votes, positions, support, stops, r, min_angle, omega, strong }
 }
 
 /// What was found out about single vertices.
-struct Finding {
-    votes: Field<Vote>,
-    support: Field<Support>,
-    stops: Field<Stop>,
-    /// Weaker features are none, radians.
-    min_angle: f64,
+pub(super) struct Finding {
+    /// What planes are fitted to; nothing where the method refines no normals.
+    pub refined: Option<Refined>,
+    /// Eigenvalues, fold angles, directions.
+    pub votes: Field<Vote>,
+    /// Where links take the vertices to be.
+    pub positions: Field<DVec3>,
+    /// Which vertices are features.
+    pub support: Field<Support>,
+    /// Where lines stop.
+    pub stops: Field<Stop>,
+    /// What thinning compares.
+    pub r: Field<f64>,
+    /// Features with a smaller dihedral angle are none, radians.
+    pub min_angle: f64,
+    /// Omega of the eigenvalues, as the method normalises them.
+    pub omega: fn(&Vote) -> f64,
+    /// Which vertices can carry a component of the line graph.
+    pub strong: fn(&Support) -> bool,
 }
 
 impl Finding {
     /// Step D: ridges, and the links from those that the tile owns.
     fn links(&self, tile: &Certified, plan: &Plan) -> Vec<Link> {
         let Certified { mesh, demand, .. } = tile;
-        let Finding { votes, support, stops, .. } = self;
-        let r = average_along(mesh, votes, &tile.vertex_rounds, &demand.thinned);
-        let ridge = ridges(mesh, &plan.scale, votes, &r, support, stops, &demand.linked);
-        let linker = Linker { mesh, votes, r: &r, support, stops, ridge: &ridge };
+        let Finding { votes, positions, support, stops, r, .. } = self;
+        let ridge = ridges(mesh, &plan.scale, votes, r, support, stops, &tile.vertex_rounds, &demand.linked);
+        let linker = Linker { mesh, positions, votes, r, support, stops, ridge: &ridge };
         let mut links = Vec::new();
         demand.owned.iter().for_each(|&v| linker.links_from(v, &mut links));
         links
     }
 
-    /// Step F at the vertices of lines (`named`) and at those of `with` that are features.
-    fn fits(
-        &self,
-        tile: &Certified,
-        plan: &Plan,
-        normals: &[DVec3],
-        named: &[u32],
-        with: &[u32],
-    ) -> Field<Fit> {
+    /// Step F at the vertices of lines (`named`) and at those of `with` that are features. Without refined normals the
+    /// angle is that of the tensors, and nothing is known of where the line runs.
+    fn fits(&self, tile: &Certified, plan: &Plan, named: &[u32], with: &[u32]) -> Field<Fit> {
         let Finding { votes, support, stops, .. } = self;
         let feature = |v: &u32| support.get(*v).feature() && !stops.get(*v).any();
         let mut at: Vec<u32> = with.iter().copied().filter(feature).chain(named.iter().copied()).collect();
         at.sort_unstable();
         at.dedup();
         let Certified { mesh, faces, vertex_rounds: rounds, .. } = tile;
-        Fitter { mesh, faces, normals, scale: &plan.scale, votes, stops, rounds }.fits(&at)
+        match &self.refined {
+            Some(Refined { normals, known }) => {
+                Fitter { mesh, faces, normals, known, scale: &plan.scale, votes, stops, rounds }.fits(&at)
+            }
+            None => {
+                let angle = |v| Fit { angle: votes.get(v).theta, ..Fit::default() };
+                Field::compute(mesh.vertex_count(), &at, angle)
+            }
+        }
     }
 
     fn class(&self, fits: &Field<Fit>, v: u32) -> Class {
@@ -151,7 +207,7 @@ impl Finding {
             class: self.class(fits, v),
             corner: stop.corner,
             stop: stop.any(),
-            strong: self.support.get(v).strong(),
+            strong: (self.strong)(&self.support.get(v)),
             rounds: tile.vertex_rounds[v as usize],
         }
     }
@@ -162,7 +218,7 @@ impl Finding {
             id: tile.mesh.id(v),
             position: tile.mesh.position(v),
             eigenvalues: vote.eigenvalues,
-            omega: vote.omega(),
+            omega: (self.omega)(&vote),
             salience: self.support.get(v).salience,
             class: self.class(fits, v),
         }

@@ -9,6 +9,8 @@ use std::time::Duration;
 pub enum Stage {
     /// One pass over the file.
     Scan,
+    /// Passes over the tiles that only measure, for the paper method.
+    Survey,
     /// Voting and refining, tile by tile.
     Tiles,
     /// Joining the fragments.
@@ -22,6 +24,7 @@ impl Stage {
     pub fn name(self) -> &'static str {
         match self {
             Stage::Scan => "scan",
+            Stage::Survey => "survey",
             Stage::Tiles => "tiles",
             Stage::Stitch => "stitch",
             Stage::Write => "write",
@@ -32,7 +35,7 @@ impl Stage {
     pub fn unit(self) -> &'static str {
         match self {
             Stage::Scan => "faces",
-            Stage::Tiles => "tiles",
+            Stage::Survey | Stage::Tiles => "tiles",
             Stage::Stitch => "links",
             Stage::Write => "lines",
         }

@@ -4,6 +4,7 @@ mod census;
 mod certify;
 mod compute;
 mod events;
+mod paper;
 mod run;
 
 pub use events::{Event, Observer, Silent, Stage};

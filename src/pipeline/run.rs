@@ -1,17 +1,19 @@
-//! The whole job: scan, plan, tiles, stitch.
+//! The whole job: scan, plan, tiles, stitch; for the paper method, a survey of the tiles before the tiles.
 //!
 //! A loader, some workers and a committer are joined by bounded channels, so that at most a handful of tiles exist at any
 //! time. All heavy work runs on one thread pool, which is what `--threads` sizes; the stage threads mostly wait.
 
-use super::certify::{Certified, certify};
+use super::certify::{Certified, Halo, certify};
 use super::compute::{TileResult, compute};
 use super::events::{Event, Observer, Stage};
-use crate::config::{Limits, Params};
+use super::paper::PaperMethod;
+use crate::config::{Limits, Method, PaperThresholds, Params};
 use crate::error::Error;
 use crate::input::MeshSource;
 use crate::mesh::TileId;
 use crate::output::FieldSink;
-use crate::partition::{Plan, Reach, Scan, scan};
+use crate::partition::{PaperReach, Pass, Plan, Scan, scan};
+use crate::refine::{Extremes, OmegaRange};
 use crate::stitch::{Defects, Fragments, LineSet, stitch};
 use crossbeam::channel::{Receiver, Sender, bounded};
 use rayon::ThreadPool;
@@ -35,13 +37,13 @@ pub struct Detection {
 /// How the work went. None of it is part of the result.
 #[derive(Clone, Debug, Default)]
 pub struct Work {
-    /// Voting scale in mesh units.
+    /// Voting scale in mesh units; 0 where the one-ring votes alone.
     pub sigma: f64,
     /// Tiles of the plan.
     pub tiles: u64,
     /// Faces owned by tiles.
     pub owned_faces: u64,
-    /// Faces loaded for them, halos included.
+    /// Faces loaded for them, halos included; those of a survey do not count.
     pub loaded_faces: u64,
     /// How often a region had to grow because the mesh reached farther than expected.
     pub regrown: u64,
@@ -109,11 +111,24 @@ impl<'a> Job<'a> {
     pub fn run(&self, fields: Option<&mut dyn FieldSink>) -> Result<Detection, Error> {
         let mut work = Work::default();
         let (scan, plan) = self.timed(Stage::Scan, &mut work, || self.plan())?;
-        work.sigma = plan.scale.length(crate::config::method::SIGMA_EDGES);
+        work.sigma = match self.params.sigma.is_zero() {
+            true => 0.0,
+            false => plan.scale.length(crate::config::method::SIGMA_EDGES),
+        };
         work.tiles = plan.cells.len() as u64;
+        let extremes = match &self.params.method {
+            Method::Robust => Extremes::default(),
+            Method::Paper(thresholds) => {
+                self.observer.event(Event::Started { stage: Stage::Survey, total: 2 * work.tiles });
+                let started = Instant::now();
+                let extremes = self.survey(&plan, thresholds, &mut work)?;
+                self.finished(Stage::Survey, started, &mut work);
+                extremes
+            }
+        };
         self.observer.event(Event::Started { stage: Stage::Tiles, total: work.tiles });
         let started = Instant::now();
-        let fragments = self.tiles(&plan, fields, &mut work)?;
+        let fragments = self.tiles(&plan, &extremes, fields, &mut work)?;
         self.finished(Stage::Tiles, started, &mut work);
         self.observer.event(Event::Started { stage: Stage::Stitch, total: fragments.links.len() as u64 });
         let defects = fragments.defects;
@@ -141,60 +156,109 @@ impl<'a> Job<'a> {
         self.observer.event(Event::Finished { stage, wall });
     }
 
-    /// Loader, workers and committer.
+    /// The numbers of the whole mesh that the paper method needs, in two passes.
+    fn survey(&self, plan: &Plan, thresholds: &PaperThresholds, work: &mut Work) -> Result<Extremes, Error> {
+        let stage = Stage::Survey;
+        let method = PaperMethod { plan, sigma: self.params.sigma, thresholds };
+        let mut omega = OmegaRange::default();
+        let range = |tile: &Certified| method.omega_range(tile);
+        work.regrown += self.over_tiles(plan, stage, Pass::Omega, range, |range| {
+            omega = omega.join(range);
+            Ok(())
+        })?;
+        let mut salience = 0.0f64;
+        let largest = |tile: &Certified| method.largest_salience(tile, omega);
+        work.regrown += self.over_tiles(plan, stage, Pass::Salience, largest, |largest| {
+            salience = salience.max(largest);
+            Ok(())
+        })?;
+        Ok(Extremes { omega, salience })
+    }
+
+    /// The fragments of all tiles.
     fn tiles(
         &self,
         plan: &Plan,
+        extremes: &Extremes,
         mut fields: Option<&mut dyn FieldSink>,
         work: &mut Work,
     ) -> Result<Fragments, Error> {
-        let (to_workers, from_loader) = bounded::<Certified>(WAITING_TILES);
-        let (to_committer, results) = bounded::<Result<TileResult, Error>>(WAITING_TILES);
-        let regrown = AtomicU32::new(0);
         let with_fields = fields.is_some();
         let mut all = Fragments::default();
+        let compute = |tile: &Certified| compute(tile, plan, &self.params, extremes, with_fields);
+        let regrown = self.over_tiles(plan, Stage::Tiles, Pass::Links, compute, |tile: TileResult| {
+            work.loaded_faces += tile.loaded_faces;
+            work.owned_faces += tile.owned_faces;
+            if let Some(fields) = &mut fields {
+                fields.take(&tile.fields)?;
+            }
+            all.append(tile.fragments);
+            Ok(())
+        })?;
+        work.regrown += regrown;
+        Ok(all)
+    }
+
+    /// What a tile must hold for the pass; the robust method has one pass only.
+    fn halo(&self, plan: &Plan, pass: Pass) -> Halo {
+        match self.params.method {
+            Method::Robust => Halo::Robust(self.reach_factor),
+            Method::Paper(_) => {
+                let reach = PaperReach::new(self.params.sigma, &plan.scale);
+                Halo::Paper(reach.scaled(self.reach_factor), pass)
+            }
+        }
+    }
+
+    /// One pass: loader, workers and committer. `compute` makes something of each tile, which `take` gets, tiles in any
+    /// order. Returns how often a region had to grow.
+    fn over_tiles<T: Send>(
+        &self,
+        plan: &Plan,
+        stage: Stage,
+        pass: Pass,
+        compute: impl Fn(&Certified) -> T + Sync,
+        mut take: impl FnMut(T) -> Result<(), Error>,
+    ) -> Result<u64, Error> {
+        let halo = self.halo(plan, pass);
+        let (to_workers, from_loader) = bounded::<Certified>(WAITING_TILES);
+        let (to_committer, results) = bounded::<Result<T, Error>>(WAITING_TILES);
+        let regrown = AtomicU32::new(0);
         std::thread::scope(|scope| {
             let failed = to_committer.clone();
-            scope.spawn(|| self.load_tiles(plan, to_workers, failed, &regrown));
+            scope.spawn(|| self.load_tiles(plan, &halo, to_workers, failed, &regrown));
             for _ in 0..WORKERS {
                 let (from_loader, to_committer) = (from_loader.clone(), to_committer.clone());
-                scope.spawn(|| self.work_on_tiles(plan, with_fields, from_loader, to_committer));
+                scope.spawn(|| self.work_on_tiles(&compute, from_loader, to_committer));
             }
             // What is left here would keep the channels open when everybody else has gone.
             drop((from_loader, to_committer));
             let outcome: Result<(), Error> = results.iter().try_for_each(|result| {
-                let tile = result?;
-                work.loaded_faces += tile.loaded_faces;
-                work.owned_faces += tile.owned_faces;
-                if let Some(fields) = &mut fields {
-                    fields.take(&tile.fields)?;
-                }
-                all.append(tile.fragments);
-                self.observer.event(Event::Advanced { stage: Stage::Tiles, by: 1 });
+                take(result?)?;
+                self.observer.event(Event::Advanced { stage, by: 1 });
                 Ok(())
             });
             // Hanging up is how the other stages learn that it is over.
             drop(results);
             outcome
         })?;
-        work.regrown = u64::from(regrown.into_inner());
-        Ok(all)
+        Ok(u64::from(regrown.into_inner()))
     }
 
-    fn load_tiles(
+    fn load_tiles<T>(
         &self,
         plan: &Plan,
+        halo: &Halo,
         to_workers: Sender<Certified>,
-        failed: Sender<Result<TileResult, Error>>,
+        failed: Sender<Result<T, Error>>,
         regrown: &AtomicU32,
     ) {
-        let reach = Reach::new(&plan.scale).scaled(self.reach_factor);
         // Noise is much the same everywhere in a scan: what one tile needed is the best guess for the next.
         let mut rounds_hint = 0;
         for id in (0..plan.cells.len() as u32).map(TileId) {
             let loaded = guarded(id, || {
                 self.pool
-                    .install(|| certify(self.source, plan, &reach, id, reach.margin(rounds_hint)))
+                    .install(|| certify(self.source, plan, halo, id, halo.margin(plan, rounds_hint)))
                     .map_err(Error::from)
             });
             match loaded {
@@ -214,17 +278,14 @@ impl<'a> Job<'a> {
         }
     }
 
-    fn work_on_tiles(
+    fn work_on_tiles<T: Send>(
         &self,
-        plan: &Plan,
-        with_fields: bool,
+        compute: &(impl Fn(&Certified) -> T + Sync),
         from_loader: Receiver<Certified>,
-        to_committer: Sender<Result<TileResult, Error>>,
+        to_committer: Sender<Result<T, Error>>,
     ) {
         for tile in from_loader {
-            let result = guarded(tile.id, || {
-                Ok(self.pool.install(|| compute(&tile, plan, &self.params, with_fields)))
-            });
+            let result = guarded(tile.id, || Ok(self.pool.install(|| compute(&tile))));
             drop(tile);
             if to_committer.send(result).is_err() {
                 return;

@@ -1,6 +1,7 @@
 //! Step B, last part: contrast, which tells a crease from a surface that is curved everywhere.
 //!
-//! chi(v) = theta(v) less the mean, over both sides, of the smallest theta met on a short walk across the line.
+//! chi(v) = theta(v) less the mean, over both sides, of the smallest theta met on a short walk across the line: longer where
+//! there was more noise to average, because that widens what is left of a crease.
 
 use crate::config::method;
 use crate::math::unit;
@@ -9,28 +10,42 @@ use crate::partition::Scale;
 use crate::voting::Vote;
 use glam::DVec3;
 
-/// Contrast in radians at each vertex of `at`.
-pub fn contrast(mesh: &TileMesh, scale: &Scale, votes: &Field<Vote>, at: &[u32]) -> Field<f64> {
-    let reach = scale.length(method::CONTRAST_REACH);
+/// Contrast in radians at each vertex of `at`; `rounds` is K of each vertex.
+pub fn contrast(
+    mesh: &TileMesh,
+    scale: &Scale,
+    votes: &Field<Vote>,
+    rounds: &[u32],
+    at: &[u32],
+) -> Field<f64> {
     Field::compute(mesh.vertex_count(), at, |v| {
         let b = votes.get(v).b;
-        let sides = least_on_side(mesh, votes, v, b, reach) + least_on_side(mesh, votes, v, -b, reach);
+        let k = rounds[v as usize];
+        let walk = Walk { steps: scale.contrast_steps(k), reach: scale.contrast_reach(k) };
+        let sides = least_on_side(mesh, votes, v, b, walk) + least_on_side(mesh, votes, v, -b, walk);
         votes.get(v).theta - 0.5 * sides
     })
 }
 
+/// How far a walk may lead: vertices, and mesh units.
+#[derive(Clone, Copy)]
+struct Walk {
+    steps: usize,
+    reach: f64,
+}
+
 /// The smallest theta (v included) on a walk from `v` towards `d`.
-fn least_on_side(mesh: &TileMesh, votes: &Field<Vote>, v: u32, d: DVec3, reach: f64) -> f64 {
+fn least_on_side(mesh: &TileMesh, votes: &Field<Vote>, v: u32, d: DVec3, walk: Walk) -> f64 {
     let mut d = d;
     let mut current = v;
     let mut least = votes.get(v).theta;
-    for step in 0..method::CONTRAST_STEPS {
+    for step in 0..walk.steps {
         // The first step is measured in the tangent plane, so that steep folds are left too; then straight on in space.
         let plane = (step == 0).then(|| votes.get(v).t);
         let Some(next) = straightest(mesh, current, d, plane) else { break };
         let e = mesh.position(next) - mesh.position(v);
         let distance2 = e.dot(e);
-        if distance2 > reach * reach {
+        if distance2 > walk.reach * walk.reach {
             break;
         }
         least = votes.get(next).theta.min(least);

@@ -56,6 +56,8 @@ pub struct Fitter<'a> {
     pub normals: &'a [DVec3],
     /// Units.
     pub scale: &'a Scale,
+    /// Known at the vertices around which all refined normals are.
+    pub known: &'a Field<bool>,
     /// Directions.
     pub votes: &'a Field<Vote>,
     /// Corners.
@@ -64,9 +66,9 @@ pub struct Fitter<'a> {
     pub rounds: &'a [u32],
 }
 
-/// K as a share of the most rounds there can be: 0 without noise, 1 at most.
+/// K as a share of [`method::FIT_NOISY_ROUNDS`]: 0 without noise, 1 at most.
 pub fn noise_share(scale: &Scale, rounds: u32) -> f64 {
-    f64::from(rounds) / (scale.rounds(method::REFINE_ROUNDS) as f64).max(1.0)
+    (f64::from(rounds) / (scale.rounds(method::FIT_NOISY_ROUNDS) as f64).max(1.0)).min(1.0)
 }
 
 /// How far a vertex with this share of noise may lie from its line, in kh.
@@ -81,11 +83,11 @@ impl Fitter<'_> {
     }
 
     fn fit(&self, v: u32) -> Fit {
-        let Fitter { mesh, faces, normals, scale, votes, .. } = *self;
+        let Fitter { mesh, faces, normals, scale, known, votes, .. } = *self;
         let vote = votes.get(v);
         let noise = noise_share(scale, self.rounds[v as usize]);
         let radius = method::FIT_NEAR + (method::FIT_FAR - method::FIT_NEAR) * noise;
-        let patch = Surface { mesh, faces, normals, scale, votes }.patch(v, radius);
+        let patch = Surface { mesh, faces, normals, scale, known, votes }.patch(v, radius);
         let sides = two_sides(&patch, vote.b, slack(noise));
         let close = method::MORE_CLOSE * if self.stops.get(v).corner { 2.0 } else { 1.0 };
         let mut directions: Vec<DVec3> = sides.iter().flatten().map(|plane| plane.normal).collect();

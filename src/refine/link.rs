@@ -14,9 +14,11 @@ use glam::DVec3;
 pub struct Linker<'a> {
     /// The mesh.
     pub mesh: &'a TileMesh,
+    /// Where the links take the vertices to be.
+    pub positions: &'a Field<DVec3>,
     /// Directions.
     pub votes: &'a Field<Vote>,
-    /// R: fold angle averaged along the line, radians.
+    /// R: what a line is strongest in; fold angle averaged along it in radians, or salience.
     pub r: &'a Field<f64>,
     /// Support.
     pub support: &'a Field<Support>,
@@ -75,7 +77,7 @@ impl Linker<'_> {
     /// The neighbour to go to: a ridge vertex or stop before any other, then the largest cos^2 R.
     fn next(&self, current: u32, d: DVec3) -> Option<u32> {
         let mut best: Option<(bool, f64, u32)> = None;
-        for (u, cos) in ahead(self.mesh, current, d) {
+        for (u, cos) in ahead(self.mesh, |u| self.positions.get(u), current, d) {
             if !(self.stops.get(u).any() || self.support.get(u).passable()) {
                 continue;
             }
@@ -100,7 +102,7 @@ impl Linker<'_> {
 
     /// min(R_a, R_b) (0.2 + 0.8 mean |cos(edge, t)|): an edge along the line is worth more than one across it.
     fn edge_weight(&self, a: u32, b: u32) -> f64 {
-        let e = self.mesh.position(b) - self.mesh.position(a);
+        let e = self.positions.get(b) - self.positions.get(a);
         let length = e.dot(e).sqrt();
         let along = 0.5 * (e.dot(self.votes.get(a).t).abs() + e.dot(self.votes.get(b).t).abs()) / length;
         self.r.get(a).min(self.r.get(b)) * (0.2 + 0.8 * along)

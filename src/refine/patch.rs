@@ -41,7 +41,9 @@ pub(super) struct Surface<'a> {
     pub normals: &'a [DVec3],
     /// The unit of length.
     pub scale: &'a Scale,
-    /// Known wherever all faces around a vertex have their refined normals.
+    /// Known at the vertices around which all refined normals are.
+    pub known: &'a Field<bool>,
+    /// Directions at the vertices that patches are cut around.
     pub votes: &'a Field<Vote>,
 }
 
@@ -120,8 +122,8 @@ impl Surface<'_> {
 
     /// Faces around `u`, whose refined normals must be known.
     fn faces_around(&self, u: u32) -> &[u32] {
-        // Reading a vote is how debug builds notice a patch that reaches farther than the halo.
-        self.votes.get(u);
+        // Reading this is how debug builds notice a patch that reaches farther than the halo.
+        self.known.get(u);
         self.mesh.faces_of(u)
     }
 

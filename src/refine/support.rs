@@ -1,6 +1,6 @@
 //! Step C: neighbour supporting and weak-feature enhancing (Wang et al. 2012).
 //!
-//! In: votes, contrast, thresholds. Out: the salience S of a vertex is the mean fold angle along the line through it, so
+//! In: votes, contrast, thresholds, smoothed positions. Out: the salience S of a vertex is the mean fold angle along the line through it, so
 //! that a chance fold without neighbours fades and a weak crease that goes on does not. Measured against the threshold
 //! of its own surroundings rather than against the strongest edge of the model, weak features stand out.
 
@@ -8,7 +8,7 @@ use super::walk::{ahead, turn};
 use crate::config::method;
 use crate::math::DEGREE;
 use crate::mesh::{Field, TileMesh};
-use crate::voting::{Stop, Vote};
+use crate::voting::{Stop, Surroundings, Vote};
 use glam::DVec3;
 
 /// What the traces read.
@@ -19,8 +19,10 @@ pub struct Evidence<'a> {
     pub votes: &'a Field<Vote>,
     /// Contrast, radians.
     pub contrast: &'a Field<f64>,
-    /// Local thresholds, radians.
-    pub threshold: &'a Field<f64>,
+    /// Where the traces take the vertices to be.
+    pub positions: &'a Field<DVec3>,
+    /// Local thresholds.
+    pub surroundings: &'a Field<Surroundings>,
     /// Where lines stop.
     pub stops: &'a Field<Stop>,
 }
@@ -28,7 +30,7 @@ pub struct Evidence<'a> {
 /// Support of a vertex by the line through it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Support {
-    /// S: mean fold angle along the line, radians.
+    /// S: mean fold angle along the line, radians; of the paper method the salience, without a unit.
     pub salience: f64,
     /// SC: mean contrast along the line, radians.
     pub contrast: f64,
@@ -37,6 +39,11 @@ pub struct Support {
 }
 
 impl Support {
+    /// Of a method that measures salience alone: no contrast is taken off.
+    pub(super) fn of_salience(salience: f64, measure: f64) -> Support {
+        Support { salience, contrast: salience, measure: measure.min(MEASURE_CAP) }
+    }
+
     /// No smooth surface folds that much in a ring.
     fn sure(&self) -> bool {
         self.salience >= method::SURE_DEG * DEGREE
@@ -68,7 +75,7 @@ const MEASURE_CAP: f64 = 1e9;
 
 impl Evidence<'_> {
     fn low(&self, v: u32) -> bool {
-        self.votes.get(v).theta < method::TRACE_LOW * self.threshold.get(v)
+        self.votes.get(v).theta < method::TRACE_LOW * self.surroundings.get(v).threshold
     }
 
     /// Support of each vertex of `at`.
@@ -86,13 +93,15 @@ impl Evidence<'_> {
             salience = (vote.theta + forward.theta + backward.theta) / count;
             contrast = (self.contrast.get(v) + forward.contrast + backward.contrast) / count;
         }
-        Support { salience, contrast, measure: (salience / self.threshold.get(v)).min(MEASURE_CAP) }
+        let measure = (salience / self.surroundings.get(v).threshold).min(MEASURE_CAP);
+        Support { salience, contrast, measure }
     }
 
     /// Follows the line from `v` towards `d`.
     fn trace(&self, v: u32, d: DVec3) -> Side {
         let mut side = Side { theta: 0.0, contrast: 0.0, count: method::TRACE_STEPS as f64 };
         let (mut current, mut previous, mut d) = (v, v, d);
+        let most = method::TRACE_LEND * self.votes.get(v).theta;
         for step in 0..method::TRACE_STEPS {
             // A line that runs out leaves its missing vertices in the count, as zeros.
             let Some(next) = self.next(v, current, previous, d) else { break };
@@ -102,8 +111,9 @@ impl Evidence<'_> {
                 break;
             }
             let vote = self.votes.get(next);
-            side.theta += vote.theta;
-            side.contrast += self.contrast.get(next);
+            let lent = vote.theta.min(most);
+            side.theta += lent;
+            side.contrast += self.contrast.get(next) * (lent / vote.theta);
             d = turn(d, vote.t);
             (previous, current) = (current, next);
         }
@@ -115,7 +125,9 @@ impl Evidence<'_> {
     fn next(&self, start: u32, current: u32, previous: u32, d: DVec3) -> Option<u32> {
         let mut best = None;
         let mut largest = 0.0;
-        for (u, cos) in ahead(self.mesh, current, d).filter(|(u, _)| *u != start && *u != previous) {
+        for (u, cos) in ahead(self.mesh, |u| self.positions.get(u), current, d)
+            .filter(|(u, _)| *u != start && *u != previous)
+        {
             let vote = self.votes.get(u);
             if !self.stops.get(u).any() && (self.low(u) || vote.t.dot(d).abs() < method::TURN_COS) {
                 continue;

@@ -7,15 +7,25 @@ use crate::config::method;
 use crate::mesh::{Field, TileMesh};
 use crate::partition::{Rings, Scale};
 use crate::refine::Support;
-use crate::voting::{Stop, Vote};
+use crate::voting::{Stop, Surroundings, Vote};
 
-/// Averages theta along the line: at each vertex for as many of the 8 rounds as its noise asks for (`rounds`).
-pub fn average_along(mesh: &TileMesh, votes: &Field<Vote>, rounds: &[u32], thinned: &Rings) -> Field<f64> {
+/// Averages theta along the line: at each vertex for as many rounds as its noise (`rounds`, K of each vertex) and its
+/// surroundings ask for.
+pub fn average_along(
+    mesh: &TileMesh,
+    votes: &Field<Vote>,
+    surroundings: &Field<Surroundings>,
+    rounds: &[u32],
+    thinned: &Rings,
+) -> Field<f64> {
     let n = mesh.vertex_count();
+    let most = thinned.rings();
     let mut r = Field::compute(n, thinned.all(), |v| votes.get(v).theta);
-    for round in 1..=method::AVERAGE_ROUNDS {
-        r = Field::compute(n, thinned.within(method::AVERAGE_ROUNDS - round), |v| {
-            if rounds[v as usize] >= round as u32 { average(mesh, votes, &r, v) } else { r.get(v) }
+    for round in 1..=most {
+        r = Field::compute(n, thinned.within(most - round), |v| {
+            let own = Scale::average_rounds(rounds[v as usize], surroundings.get(v).calm);
+            debug_assert!(own <= most, "round {own} of R lies outside what the halo covers");
+            if own >= round { average(mesh, votes, &r, v) } else { r.get(v) }
         });
     }
     r
@@ -40,7 +50,8 @@ fn average(mesh: &TileMesh, votes: &Field<Vote>, r: &Field<f64>, v: u32) -> f64 
     sum / weights
 }
 
-/// Non-maximum suppression at the vertices of `at`.
+/// Non-maximum suppression at the vertices of `at`; `rounds` is K of each vertex.
+#[expect(clippy::too_many_arguments, reason = "all of it decides, and nothing else takes the same")]
 pub fn ridges(
     mesh: &TileMesh,
     scale: &Scale,
@@ -48,11 +59,16 @@ pub fn ridges(
     r: &Field<f64>,
     support: &Field<Support>,
     stops: &Field<Stop>,
+    rounds: &[u32],
     at: &[u32],
 ) -> Field<bool> {
     let radius = scale.length(method::THIN_RADIUS);
     Field::compute(mesh.vertex_count(), at, |v| {
-        support.get(v).feature() && !stops.get(v).boundary && is_largest_across(mesh, radius, votes, r, v)
+        let vote = votes.get(v);
+        support.get(v).feature()
+            && !stops.get(v).boundary
+            && vote.near() >= scale.own_share(rounds[v as usize]) * vote.far
+            && is_largest_across(mesh, radius, votes, r, v)
     })
 }
 

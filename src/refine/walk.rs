@@ -6,11 +6,17 @@ use crate::mesh::TileMesh;
 use glam::DVec3;
 
 /// The neighbours of `v` in the cone of 60 degrees around the direction of travel `d`, ascending, with the cosine of the
-/// angle to each. Neighbours at the same place have no direction and are left out.
-pub(super) fn ahead(mesh: &TileMesh, v: u32, d: DVec3) -> impl Iterator<Item = (u32, f64)> + '_ {
-    let origin = mesh.position(v);
+/// angle to each. Neighbours at the same place have no direction and are left out. `position` is where the walk takes a
+/// vertex to be.
+pub(super) fn ahead(
+    mesh: &TileMesh,
+    position: impl Fn(u32) -> DVec3,
+    v: u32,
+    d: DVec3,
+) -> impl Iterator<Item = (u32, f64)> {
+    let origin = position(v);
     mesh.ring_of(v).iter().filter_map(move |&u| {
-        let e = mesh.position(u) - origin;
+        let e = position(u) - origin;
         let length = e.dot(e).sqrt();
         (length > 0.0).then(|| (u, e.dot(d) / length)).filter(|(_, cos)| *cos >= method::CONE_COS)
     })

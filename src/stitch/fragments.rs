@@ -52,7 +52,7 @@ pub struct LineVertex {
     pub theta: f64,
     /// Dihedral angle, and the planes that meet at the line.
     pub fit: Fit,
-    /// S: fold angle supported along the line, radians.
+    /// S: fold angle supported along the line, radians; of the paper method the salience, without a unit.
     pub salience: f64,
     /// What it is.
     pub class: Class,
@@ -62,7 +62,7 @@ pub struct LineVertex {
     pub stop: bool,
     /// Can carry a component.
     pub strong: bool,
-    /// K: refinement rounds of the local noise.
+    /// K: refinement rounds of the local noise; 0 for the paper method.
     pub rounds: u32,
 }
 
@@ -140,11 +140,11 @@ pub struct VertexFields {
     pub id: VertexId,
     /// As in the file.
     pub position: DVec3,
-    /// l1 >= l2 >= l3, divided by l1.
+    /// l1 >= l2 >= l3, divided by l1; of the paper method, by their 2-norm.
     pub eigenvalues: [f64; 3],
-    /// (l2 + l3) / 2.
+    /// (l2 + l3) / 2; of the paper method (l1 + l2 + l3 - 1) / 2.
     pub omega: f64,
-    /// S in radians, not yet divided by the maximum of the mesh.
+    /// S as in [`LineVertex`], not yet divided by the maximum of the mesh.
     pub salience: f64,
     /// Face, weak, sharp, corner or boundary.
     pub class: Class,
@@ -159,7 +159,7 @@ pub struct Fragments {
     pub links: Vec<LinkPath>,
     /// Open edges whose lower end the tile owns, if boundaries were asked for.
     pub open_edges: Vec<OpenEdge>,
-    /// Largest S over the vertices that the tile owns, radians.
+    /// Largest S over the vertices that the tile owns.
     pub largest_salience: f64,
     /// Defects counted by this tile.
     pub defects: Defects,

@@ -26,7 +26,7 @@ pub struct LineSet {
     pub vertices: Vec<LineVertex>,
     /// Creases, then boundaries, then non-manifold edges; each in canonical order.
     pub lines: Vec<Line>,
-    /// Largest S of the mesh in radians: what saliency is divided by.
+    /// Largest S of the mesh: what saliency is divided by.
     pub largest_salience: f64,
     /// Where the lines run.
     pub geometry: Geometry,

@@ -1,13 +1,14 @@
 //! From votes to what a vertex may be: local threshold, corner, boundary.
 //!
-//! In: votes. Out, at each vertex that a trace may reach: the threshold of its surroundings and whether lines stop here.
+//! In: votes. Out: the threshold of each vertex's surroundings and whether they are calm, and, where a trace may reach,
+//! whether lines stop.
 
 use super::levels::Levels;
 use super::tensor::Vote;
 use crate::config::method;
 use crate::math::DEGREE;
 use crate::mesh::{EdgeUse, Field, TileMesh};
-use crate::partition::{Cube, Lattice, Rings};
+use crate::partition::{Cube, Plan, Rings};
 
 /// What lines do at a vertex.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -26,24 +27,40 @@ impl Stop {
     }
 }
 
-/// Thresholds in radians at `at`: a multiple of the background fold of the surroundings, within fixed limits. `voted`
-/// holds every vertex whose theta enters.
-pub fn thresholds(
+/// What the surroundings of a vertex are like.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Surroundings {
+    /// Local threshold on the fold angle, radians.
+    pub threshold: f64,
+    /// Nothing is steep here that a larger scale could blur.
+    pub calm: bool,
+    /// Further tensor votes.
+    pub further: usize,
+}
+
+/// Surroundings at `at`, from the background fold: `votes` of every vertex of `voted` enter, which holds all that the levels
+/// need. `rounds` is K of each vertex. The threshold is a multiple of the background, within fixed limits.
+pub fn surroundings(
     mesh: &TileMesh,
-    lattice: &Lattice,
+    plan: &Plan,
     votes: &Field<Vote>,
     voted: &Rings,
+    rounds: &[u32],
     at: &[u32],
-) -> Field<f64> {
+) -> Field<Surroundings> {
     let folds = voted.within(0).iter().map(|&v| (mesh.position(v), votes.get(v).theta));
-    let levels = Levels::new(lattice, folds);
-    let cubes: Vec<Cube> = at.iter().map(|&v| lattice.cube_of(mesh.position(v))).collect();
+    let levels = Levels::new(&plan.lattice, folds);
+    let cubes: Vec<Cube> = at.iter().map(|&v| plan.lattice.cube_of(mesh.position(v))).collect();
     let background = levels.at_each(&cubes, method::BACKGROUND_QUANTILE);
     let mut table = vec![0.0; mesh.vertex_count()];
     at.iter().zip(background).for_each(|(&v, b)| table[v as usize] = b);
     Field::compute(mesh.vertex_count(), at, |v| {
-        (method::THRESHOLD_BACKGROUND * table[v as usize])
-            .clamp(method::THRESHOLD_MIN_DEG * DEGREE, method::THRESHOLD_MAX_DEG * DEGREE)
+        let usual = method::THRESHOLD_BACKGROUND * table[v as usize];
+        let calm = usual < method::CALM_DEG * DEGREE;
+        let further = if calm { plan.scale.further_votes(rounds[v as usize]) } else { 0 };
+        let threshold = (usual * (1.0 + method::FURTHER_BACKGROUND * further as f64))
+            .clamp(method::THRESHOLD_MIN_DEG * DEGREE, method::THRESHOLD_MAX_DEG * DEGREE);
+        Surroundings { threshold, calm, further }
     })
 }
 
@@ -51,14 +68,14 @@ pub fn thresholds(
 pub fn stops(mesh: &TileMesh, votes: &Field<Vote>, at: &[u32]) -> Field<Stop> {
     Field::compute(mesh.vertex_count(), at, |v| {
         let vote = votes.get(v);
-        let plate = 2.0 * crate::math::half_fold(vote.eigenvalues[1]);
+        let plate = 2.0 * vote.near();
         let corner = vote.phi >= method::CORNER_MIN_DEG * DEGREE && vote.phi >= method::CORNER_RATIO * plate;
         Stop { corner, boundary: on_boundary(mesh, v) }
     })
 }
 
 /// Whether an edge at `v` has a single face.
-fn on_boundary(mesh: &TileMesh, v: u32) -> bool {
+pub fn on_boundary(mesh: &TileMesh, v: u32) -> bool {
     // Around an inner vertex of a manifold there are as many neighbours as faces; only then is a closer look worth it.
     let (faces, ring) = (mesh.faces_of(v), mesh.ring_of(v));
     if ring.len() > faces.len() {

@@ -182,7 +182,9 @@ fn range_width(s0: f64, round: u32) -> f64 {
     let width = if round == 0 {
         2.0 * method::RANGE_KAPPA * s0
     } else {
-        (method::RANGE_KAPPA * s0).min(method::RANGE_MAX_DEG * DEGREE)
+        let early = round <= method::RANGE_EARLY_ROUNDS;
+        let widest = if early { method::RANGE_EARLY_DEG } else { method::RANGE_MAX_DEG };
+        (method::RANGE_KAPPA * s0).min(widest * DEGREE)
     };
     width.max(method::RANGE_MIN_DEG * DEGREE)
 }

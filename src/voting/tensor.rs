@@ -4,6 +4,7 @@
 //! and the direction of the line through it. The weights are those of Kim, Choi and Lee (2009); the second vote is what
 //! Guy and Medioni (1997) ask of tokens, done on the one-ring so that it stays connected and cheap.
 
+use super::classify::Surroundings;
 use super::normals::FaceGeometry;
 use crate::config::method;
 use crate::math::{Sym3, half_fold, unit};
@@ -15,10 +16,12 @@ use glam::DVec3;
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Vote {
     /// Eigenvalues of the vertex's own tensor, divided by the largest: l1 >= l2 >= l3 >= 0; l1 is 1, or 0 where nothing
-    /// voted.
+    /// voted. The paper method divides them by their 2-norm.
     pub eigenvalues: [f64; 3],
-    /// Fold angle in radians, the mean of two scales.
+    /// Fold angle in radians, the mean of two or three scales; the paper method has one.
     pub theta: f64,
+    /// Half the fold angle that the repeated vote shows, in radians; 0 where there is none.
+    pub far: f64,
     /// Ball part of the vertex's own tensor as an angle in radians: large at corners.
     pub phi: f64,
     /// Unit direction of the line, in the tangent plane.
@@ -28,9 +31,14 @@ pub struct Vote {
 }
 
 impl Vote {
-    /// (l2 + l3) / 2: 0 on a plane, at most 1.
+    /// (l2 + l3) / 2 of eigenvalues that were divided by the largest: 0 on a plane, at most 1.
     pub fn omega(&self) -> f64 {
         (self.eigenvalues[1] + self.eigenvalues[2]) / 2.0
+    }
+
+    /// Half the fold angle that the vertex's own tensor shows, in radians.
+    pub fn near(&self) -> f64 {
+        half_fold(self.eigenvalues[1])
     }
 }
 
@@ -55,14 +63,24 @@ pub fn first_votes(
 }
 
 fn first_vote(mesh: &TileMesh, faces: &FaceGeometry, normals: &[DVec3], scale: &Scale, v: u32) -> Token {
-    let around = mesh.faces_of(v);
+    gather(mesh, faces, normals, v, mesh.faces_of(v), scale.length(1.0)) // sigma / 3
+}
+
+/// The votes of the faces `around` (ascending) at `v`, by area and by distance: exp(-|c - v| / `falloff`).
+pub(super) fn gather(
+    mesh: &TileMesh,
+    faces: &FaceGeometry,
+    normals: &[DVec3],
+    v: u32,
+    around: &[u32],
+    falloff: f64,
+) -> Token {
     let largest = around.iter().fold(0.0, |m: f64, &f| m.max(faces.areas[f as usize]));
     let mut token = Token::default();
     if largest <= 0.0 {
         return token;
     }
     let origin = mesh.position(v);
-    let falloff = scale.length(1.0); // sigma / 3
     // Only where windings disagree: normals are turned to the side of the first face, so that they do not cancel.
     let side = around
         .iter()
@@ -106,9 +124,11 @@ pub fn votes(mesh: &TileMesh, tokens: &Field<Token>, again: &Field<Sym3>, voted:
         let normal = unit(token.normal);
         let along = wide.vectors[2];
         let t = unit(along - normal * along.dot(normal));
+        let far = half_fold(normalised(wide.values)[1]);
         Vote {
             eigenvalues,
-            theta: half_fold(eigenvalues[1]) + half_fold(normalised(wide.values)[1]),
+            theta: half_fold(eigenvalues[1]) + far,
+            far,
             phi: 2.0 * half_fold(eigenvalues[2]),
             t,
             b: normal.cross(t),
@@ -116,8 +136,44 @@ pub fn votes(mesh: &TileMesh, tokens: &Field<Token>, again: &Field<Sym3>, voted:
     })
 }
 
+/// Lets the tensors of calm vertices vote further, each as often as its surroundings ask for, and takes what they show as a
+/// third scale of theta. `folded` holds a ring for each vote.
+pub fn widen(
+    mesh: &TileMesh,
+    votes: &Field<Vote>,
+    again: &Field<Sym3>,
+    surroundings: &Field<Surroundings>,
+    folded: &Rings,
+) -> Field<Vote> {
+    let n = mesh.vertex_count();
+    let rounds = folded.rings();
+    let mut tensors = Field::compute(n, folded.all(), |v| again.get(v));
+    for round in 1..=rounds {
+        tensors = Field::compute(n, folded.within(rounds - round), |v| {
+            let own = tensors.get(v);
+            let further = surroundings.get(v).further;
+            debug_assert!(further <= rounds, "further vote {further} lies outside what the halo covers");
+            if further < round {
+                return own;
+            }
+            let mut sum = own.scaled(2.0);
+            mesh.ring_of(v).iter().for_each(|&u| sum.add(&tensors.get(u)));
+            // Six neighbours and two own votes: whoever stands still keeps the same weight.
+            sum.scaled(1.0 / 8.0)
+        });
+    }
+    Field::compute(n, folded.within(0), |v| {
+        let vote = votes.get(v);
+        if surroundings.get(v).further == 0 {
+            return vote;
+        }
+        let widest = half_fold(normalised(tensors.get(v).eigen().values)[1]);
+        Vote { theta: (vote.near() + vote.far + widest) * (2.0 / 3.0), ..vote }
+    })
+}
+
 /// Eigenvalues divided by the largest. Rounding may leave a zero slightly negative.
-fn normalised(values: [f64; 3]) -> [f64; 3] {
+pub(super) fn normalised(values: [f64; 3]) -> [f64; 3] {
     let values = values.map(|x| x.max(0.0));
     values.map(|x| x / values[0].max(1e-300))
 }

@@ -9,9 +9,10 @@ use crease::mesh::{Field, TileMesh};
 use crease::partition::{
     Cell, Demand, Gap, Loaded, Plan, Reach, load, merge, noise_demand, round_demand, scan, vertex_demand,
 };
-use crease::refine::{Evidence, Fit, Fitter, Link, Linker, Support, average_along, contrast, ridges};
+use crease::refine::{Evidence, Fit, Fitter, Link, Linker, Support, average_along, contrast, ridges, smooth};
 use crease::voting::{
-    FaceGeometry, Noise, Stop, Token, Vote, first_votes, refine, rounds, stops, thresholds, vote_again, votes,
+    FaceGeometry, Noise, Stop, Surroundings, Token, Vote, first_votes, refine, rounds, stops, surroundings,
+    vote_again, votes, widen,
 };
 
 /// Scans and plans.
@@ -31,35 +32,36 @@ pub struct Tile {
     pub face_rounds: Vec<Option<u32>>,
     /// Refinement rounds to do for each face.
     pub needed: Vec<u32>,
-    /// K of each vertex, where it is asked for; 0 elsewhere.
+    /// K of each vertex where it is known; 0 elsewhere.
     pub vertex_rounds: Vec<u32>,
 }
 
 impl Tile {
     /// Loads `cell`, and more until nothing is missing. The first region is as small as can be and grows by the cubes that
     /// are missing alone, without their margins: what is loaded beyond the cell is what was asked for and no more, so that
-    /// whatever was not asked for is not there by chance.
-    pub fn load(source: &dyn MeshSource, plan: &Plan, reach: &Reach, cell: &Cell) -> Tile {
+    /// whatever was not asked for is not there by chance. `change` may spoil the reach.
+    pub fn load(source: &dyn MeshSource, plan: &Plan, change: &dyn Fn(&mut Reach), cell: &Cell) -> Tile {
         let mut region = plan.first_region(cell, 0);
         loop {
             let mesh = load(source, plan, &region).unwrap_or_else(|e| panic!("{e}"));
             let loaded = Loaded { mesh: &mesh, region: &region, lattice: &plan.lattice };
-            let (demand, mut gaps) = vertex_demand(&loaded, plan, cell, reach);
             let faces = FaceGeometry::new(&mesh, &plan.scale);
             let noise = Noise::new(&mesh, &faces, &plan.lattice, &region);
+            let positions: Vec<DVec3> = (0..mesh.vertex_count() as u32).map(|v| mesh.position(v)).collect();
+            let at_vertices = noise.levels_at(&positions);
+            let vertex_rounds: Vec<Option<u32>> =
+                at_vertices.into_iter().map(|s0| s0.map(|s0| rounds(&plan.scale, s0))).collect();
+            let most = vertex_rounds.iter().flatten().copied().max().unwrap_or(0);
+            let mut reach = Reach::new(&plan.scale, most);
+            change(&mut reach);
+            let (demand, mut gaps) = vertex_demand(&loaded, plan, cell, &reach);
             let barycentres: Vec<DVec3> = (0..mesh.face_count() as u32).map(|f| mesh.barycentre(f)).collect();
             let levels = noise.levels_at(&barycentres);
             let face_rounds: Vec<Option<u32>> =
                 levels.iter().map(|s0| s0.map(|s0| rounds(&plan.scale, s0))).collect();
-            let (needed, more) = round_demand(&loaded, plan, &demand.voted, &face_rounds, reach);
+            let (needed, more) = round_demand(&loaded, plan, &demand.voted, &face_rounds, &reach);
             gaps.extend(more);
-            let thinned = demand.thinned.all();
-            let positions: Vec<DVec3> = thinned.iter().map(|&v| mesh.position(v)).collect();
-            let mut vertex_rounds = vec![None; mesh.vertex_count()];
-            for (&v, s0) in thinned.iter().zip(noise.levels_at(&positions)) {
-                vertex_rounds[v as usize] = s0.map(|s0| rounds(&plan.scale, s0));
-            }
-            gaps.extend(noise_demand(&loaded, thinned, |v| vertex_rounds[v as usize].is_some()));
+            gaps.extend(noise_demand(&loaded, &demand.noisy(), |v| vertex_rounds[v as usize].is_some()));
             if gaps.is_empty() {
                 let vertex_rounds = vertex_rounds.into_iter().map(|k| k.unwrap_or(0)).collect();
                 return Tile { demand, faces, noise: levels, face_rounds, needed, vertex_rounds, mesh };
@@ -78,15 +80,21 @@ pub struct Steps {
     pub tokens: Field<Token>,
     /// T after the repeated votes.
     pub again: Field<Sym3>,
+    /// Votes at two scales.
+    pub narrow: Field<Vote>,
+    pub surroundings: Field<Surroundings>,
+    /// Votes at all scales.
     pub votes: Field<Vote>,
+    pub positions: Field<DVec3>,
     pub contrast: Field<f64>,
-    pub threshold: Field<f64>,
     pub stops: Field<Stop>,
     pub support: Field<Support>,
     pub r: Field<f64>,
     pub ridge: Field<bool>,
     /// Paths from the ridge vertices that the tile owns.
     pub links: Vec<Link>,
+    /// Where all refined normals around a vertex are known.
+    pub known: Field<bool>,
     /// Wherever a line vertex may be.
     pub fits: Field<Fit>,
 }
@@ -94,26 +102,69 @@ pub struct Steps {
 impl Steps {
     /// Steps A to D, and F as far as it is local.
     pub fn compute(tile: &Tile, plan: &Plan) -> Steps {
-        let Tile { mesh, demand, .. } = tile;
+        let Tile { mesh, demand, vertex_rounds, .. } = tile;
         let scale = &plan.scale;
         let normals = refine(mesh, &tile.faces, &plan.scale, &tile.noise, &tile.needed);
         let tokens = first_votes(mesh, &tile.faces, &normals, scale, &demand.voted);
         let again = vote_again(mesh, &tokens, scale, &demand.voted);
-        let votes = votes(mesh, &tokens, &again, &demand.voted);
-        let contrast = contrast(mesh, scale, &votes, &demand.traced);
-        let threshold = thresholds(mesh, &plan.lattice, &votes, &demand.voted, &demand.traced);
+        let narrow = votes(mesh, &tokens, &again, &demand.voted);
+        let surroundings =
+            surroundings(mesh, plan, &narrow, &demand.voted, vertex_rounds, demand.folded.all());
+        let votes = widen(mesh, &narrow, &again, &surroundings, &demand.folded);
+        let positions = smooth(mesh, scale, vertex_rounds, &demand.smoothed);
+        let contrast = contrast(mesh, scale, &votes, vertex_rounds, &demand.traced);
         let stops = stops(mesh, &votes, &demand.traced);
-        let evidence =
-            Evidence { mesh, votes: &votes, contrast: &contrast, threshold: &threshold, stops: &stops };
+        let evidence = Evidence {
+            mesh,
+            votes: &votes,
+            positions: &positions,
+            contrast: &contrast,
+            surroundings: &surroundings,
+            stops: &stops,
+        };
         let support = evidence.support(&demand.linked);
-        let r = average_along(mesh, &votes, &tile.vertex_rounds, &demand.thinned);
-        let ridge = ridges(mesh, scale, &votes, &r, &support, &stops, &demand.linked);
-        let linker = Linker { mesh, votes: &votes, r: &r, support: &support, stops: &stops, ridge: &ridge };
+        let r = average_along(mesh, &votes, &surroundings, vertex_rounds, &demand.thinned);
+        let ridge = ridges(mesh, scale, &votes, &r, &support, &stops, vertex_rounds, &demand.linked);
+        let linker = Linker {
+            mesh,
+            positions: &positions,
+            votes: &votes,
+            r: &r,
+            support: &support,
+            stops: &stops,
+            ridge: &ridge,
+        };
         let mut links = Vec::new();
         demand.owned.iter().for_each(|&v| linker.links_from(v, &mut links));
         let (faces, rounds) = (&tile.faces, &tile.vertex_rounds);
-        let fitter = Fitter { mesh, faces, normals: &normals, scale, votes: &votes, stops: &stops, rounds };
+        let known = Field::compute(mesh.vertex_count(), demand.voted.within(0), |_| true);
+        let fitter = Fitter {
+            mesh,
+            faces,
+            normals: &normals,
+            scale,
+            known: &known,
+            votes: &votes,
+            stops: &stops,
+            rounds,
+        };
         let fits = fitter.fits(&demand.linked);
-        Steps { normals, tokens, again, votes, contrast, threshold, stops, support, r, ridge, links, fits }
+        Steps {
+            normals,
+            tokens,
+            again,
+            narrow,
+            surroundings,
+            votes,
+            positions,
+            contrast,
+            stops,
+            support,
+            r,
+            ridge,
+            links,
+            fits,
+            known,
+        }
     }
 }

@@ -9,9 +9,11 @@ use glam::DVec3;
 /// How far an inner point may move off its even place, in piece lengths.
 const JITTER: f64 = 0.22;
 
-/// Cuts the segment from `a` to `b` into pieces of about `spacing`, jittered along the segment.
-pub fn cut(a: DVec3, b: DVec3, spacing: f64, random: &mut Random) -> Vec<DVec3> {
-    let pieces = libm::round(a.distance(b) / spacing).max(1.0) as usize;
+/// Steps that a curve is measured by. Between them it is taken as straight and its edge length as constant.
+const SAMPLES: usize = 2000;
+
+/// Cuts the segment from `a` to `b` into so many pieces, jittered along the segment.
+pub fn cut(a: DVec3, b: DVec3, pieces: usize, random: &mut Random) -> Vec<DVec3> {
     let mut points = vec![a];
     for i in 1..pieces {
         let t = (i as f64 + random.between(-JITTER, JITTER)) / pieces as f64;
@@ -19,6 +21,34 @@ pub fn cut(a: DVec3, b: DVec3, spacing: f64, random: &mut Random) -> Vec<DVec3> 
     }
     points.push(b);
     points
+}
+
+/// Parameters from 0 to 1, both included, that cut `curve` into pieces of about the `size` where they are.
+pub fn graded_places(
+    curve: impl Fn(f64) -> DVec3,
+    size: impl Fn(DVec3) -> f64,
+    mut random: Option<&mut Random>,
+) -> Vec<f64> {
+    // How many pieces there are from the start up to each sample, by the midpoint rule.
+    let mut counts = vec![0.0];
+    let mut total = 0.0;
+    let at = |i: usize| i as f64 / SAMPLES as f64;
+    for i in 0..SAMPLES {
+        let middle = curve(0.5 * (at(i) + at(i + 1)));
+        total += curve(at(i)).distance(curve(at(i + 1))) / size(middle);
+        counts.push(total);
+    }
+    let pieces = libm::round(total).max(1.0) as usize;
+    let mut places = vec![0.0];
+    for piece in 1..pieces {
+        let jitter = random.as_mut().map_or(0.0, |random| random.between(-JITTER, JITTER));
+        let wanted = (piece as f64 + jitter) / pieces as f64 * total;
+        let after = counts.partition_point(|&count| count < wanted).clamp(1, SAMPLES);
+        let (low, high) = (counts[after - 1], counts[after]);
+        places.push((after as f64 - 1.0 + (wanted - low) / (high - low)) / SAMPLES as f64);
+    }
+    places.push(1.0);
+    places
 }
 
 /// Joins polylines that each start where the one before ends.

@@ -1,10 +1,11 @@
 //! A block of houses on rolling ground. In: how many houses; out: an open surface, the houses without floors.
 
-use super::border::{chain, cut, reversed, ring};
-use super::builder::{Builder, SPACING};
+use super::border::{chain, reversed, ring};
+use super::builder::Builder;
 use super::patch::{Patch, Pin, Plane};
 use super::random::Random;
 use super::shape::Shape;
+use super::style::Sizing;
 use anyhow::Result;
 use glam::{DVec2, DVec3};
 
@@ -14,21 +15,22 @@ const LOT: f64 = 30.0;
 const STREET: f64 = 6.0;
 
 /// `houses` houses in a grid as square as can be, some with flat roofs and some with gables.
-pub fn city(houses: u32, seed: u64) -> Result<Shape> {
+pub fn city(houses: u32, sizing: Sizing, seed: u64) -> Result<Shape> {
     let mut random = Random::new(seed, "city");
     let columns = (1..).find(|side| side * side >= houses).unwrap_or(1);
     let rows = houses.div_ceil(columns);
-    let mut builder = Builder::default();
+    let mut builder = Builder::new(sizing);
     let far = DVec2::new(f64::from(columns), f64::from(rows)) * LOT + STREET;
     let outer = [DVec2::ZERO, DVec2::new(far.x, 0.0), far, DVec2::new(0.0, far.y)];
-    let mut rings = vec![ground_ring(&outer, &mut random)];
+    let mut rings = vec![ground_ring(&sizing, &outer, &mut random)];
     for lot in 0..houses {
         let house = House::new(lot % columns, lot / columns, &mut random);
-        rings.push(house.build(&mut builder, &mut random)?);
+        rings.push(house.build(&mut builder, &sizing, &mut random)?);
     }
-    let pin = |at: &DVec3| Pin { uv: at.truncate(), at: *at };
+    let squeeze = sizing.squeeze().truncate();
+    let pin = |at: &DVec3| Pin { uv: at.truncate() * squeeze, at: *at };
     let rings = rings.iter().map(|ring| ring.iter().map(pin).collect()).collect();
-    builder.patch(&Patch { rings, lines: Vec::new() }, on_ground)?;
+    builder.free_form(&Patch { rings, lines: Vec::new() }, |uv| on_ground(uv / squeeze))?;
     Ok(builder.finish())
 }
 
@@ -40,14 +42,14 @@ fn on_ground(place: DVec2) -> DVec3 {
 }
 
 /// Cuts a side on the ground; the points between follow the ground.
-fn ground_side(a: DVec2, b: DVec2, random: &mut Random) -> Vec<DVec3> {
-    let flat = cut(a.extend(0.0), b.extend(0.0), SPACING, random);
+fn ground_side(sizing: &Sizing, a: DVec2, b: DVec2, random: &mut Random) -> Vec<DVec3> {
+    let flat = sizing.cut_always(a.extend(0.0), b.extend(0.0), random);
     flat.into_iter().map(|point| on_ground(point.truncate())).collect()
 }
 
-fn ground_ring(corners: &[DVec2; 4], random: &mut Random) -> Vec<DVec3> {
+fn ground_ring(sizing: &Sizing, corners: &[DVec2; 4], random: &mut Random) -> Vec<DVec3> {
     let sides: Vec<Vec<DVec3>> =
-        (0..4).map(|i| ground_side(corners[i], corners[(i + 1) % 4], random)).collect();
+        (0..4).map(|i| ground_side(sizing, corners[i], corners[(i + 1) % 4], random)).collect();
     ring(&[&sides[0], &sides[1], &sides[2], &sides[3]])
 }
 
@@ -92,12 +94,12 @@ impl House {
     }
 
     /// Adds walls, roof and lines. Returns the ring where the house stands on the ground.
-    fn build(&self, builder: &mut Builder, random: &mut Random) -> Result<Vec<DVec3>> {
+    fn build(&self, builder: &mut Builder, sizing: &Sizing, random: &mut Random) -> Result<Vec<DVec3>> {
         let feet: Vec<Vec<DVec3>> =
-            (0..4).map(|i| ground_side(self.corners[i], self.corners[(i + 1) % 4], random)).collect();
+            (0..4).map(|i| ground_side(sizing, self.corners[i], self.corners[(i + 1) % 4], random)).collect();
         let posts: Vec<Vec<DVec3>> =
-            (0..4).map(|i| cut(on_ground(self.corners[i]), self.top(i), SPACING, random)).collect();
-        let eaves: Vec<Eave> = (0..4).map(|i| self.eave(i, random)).collect();
+            (0..4).map(|i| sizing.cut(on_ground(self.corners[i]), self.top(i), random)).collect();
+        let eaves: Vec<Eave> = (0..4).map(|i| self.eave(i, sizing, random)).collect();
         for i in 0..4 {
             let (from, to) = (self.corners[i], self.corners[(i + 1) % 4]);
             let plane =
@@ -109,27 +111,33 @@ impl House {
             builder.line(posts[i].clone());
             builder.line(eaves[i].whole());
         }
-        self.roof(builder, &eaves, random)?;
+        self.roof(builder, &eaves, sizing, random)?;
         Ok(ring(&[&feet[0], &feet[1], &feet[2], &feet[3]]))
     }
 
     /// Cuts the upper border of wall `i`.
-    fn eave(&self, i: usize, random: &mut Random) -> Eave {
+    fn eave(&self, i: usize, sizing: &Sizing, random: &mut Random) -> Eave {
         let (from, to) = (self.top(i), self.top(i + 1));
         match self.apex(i) {
-            Some(apex) => Eave { up: cut(from, apex, SPACING, random), down: cut(apex, to, SPACING, random) },
-            None => Eave { up: cut(from, to, SPACING, random), down: Vec::new() },
+            Some(apex) => Eave { up: sizing.cut(from, apex, random), down: sizing.cut(apex, to, random) },
+            None => Eave { up: sizing.cut(from, to, random), down: Vec::new() },
         }
     }
 
-    fn roof(&self, builder: &mut Builder, eaves: &[Eave], random: &mut Random) -> Result<()> {
+    fn roof(
+        &self,
+        builder: &mut Builder,
+        eaves: &[Eave],
+        sizing: &Sizing,
+        random: &mut Random,
+    ) -> Result<()> {
         let [south, east, north, west] = [0, 1, 2, 3].map(|i| &eaves[i]);
         let (Some(near), Some(far)) = (self.apex(0), self.apex(2)) else {
             let plane = Plane { origin: self.top(0), u: DVec3::X, v: DVec3::Y };
             let border = ring(&[&south.up, &east.up, &north.up, &west.up]);
             return builder.flat(plane, &[border]);
         };
-        let ridge = cut(near, far, SPACING, random);
+        let ridge = sizing.cut(near, far, random);
         let right = Plane { origin: near, u: (self.top(1) - near).normalize(), v: DVec3::Y };
         builder.flat(right, &[ring(&[&south.down, &east.up, &north.up, &reversed(&ridge)])])?;
         let left = Plane { origin: near, u: (near - self.top(0)).normalize(), v: DVec3::Y };

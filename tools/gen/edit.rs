@@ -1,29 +1,23 @@
-//! Changes to a finished shape: noise, offset, order. In: a shape; out: the same shape, moved or reordered.
+//! Changes to a finished shape: offset, turn, order. In: a shape; out: the same shape, moved or reordered.
 
 use super::random::Random;
 use super::shape::Shape;
 use glam::DVec3;
 
 impl Shape {
-    /// Moves each vertex along its normal by Gaussian noise with a standard deviation of `amount` mean edge lengths.
-    ///
-    /// The true lines stay where they are: they belong to the surface that was measured, not to the measurement.
-    pub fn add_noise(&mut self, amount: f64, seed: u64) {
-        if amount == 0.0 {
-            return;
-        }
-        let mut random = Random::new(seed, "noise");
-        let deviation = amount * self.mean_edge_length();
-        let normals = self.vertex_normals();
-        for (vertex, normal) in self.vertices.iter_mut().zip(normals) {
-            *vertex += normal * (deviation * random.gaussian());
+    /// Moves the mesh, its lines and corners.
+    pub fn translate(&mut self, offset: DVec3) {
+        let lines = self.lines.iter_mut().flatten();
+        for point in self.vertices.iter_mut().chain(lines).chain(&mut self.corners) {
+            *point += offset;
         }
     }
 
-    /// Moves the mesh and its lines.
-    pub fn translate(&mut self, offset: DVec3) {
-        for point in self.vertices.iter_mut().chain(self.lines.iter_mut().flatten()) {
-            *point += offset;
+    /// Turns x to y, y to z and z to x.
+    pub fn turn_up(&mut self) {
+        let lines = self.lines.iter_mut().flatten();
+        for point in self.vertices.iter_mut().chain(lines).chain(&mut self.corners) {
+            *point = DVec3::new(point.z, point.x, point.y);
         }
     }
 

@@ -1,109 +1,157 @@
-//! Outlines drawn up to solids. In: polygons and circles in the plane and a height; out: a closed solid with caps.
+//! Outlines drawn up to solids. In: outlines in the plane and two heights; out: walls, and with caps a closed solid.
 
-use super::border::{cut, reversed, ring};
-use super::builder::{Builder, SPACING};
+use super::border::{reversed, ring};
+use super::builder::Builder;
+use super::outline::{Chain, Outline, Side};
 use super::patch::{Patch, Pin, Plane};
 use super::random::Random;
+use super::style::Sizing;
 use anyhow::Result;
 use glam::{DVec2, DVec3};
-use std::f64::consts::TAU;
-
-/// One closed outline of the base.
-#[derive(Clone, Debug)]
-pub enum Outline {
-    /// Corners in order: counter-clockwise around material, clockwise around a hole. Every corner is sharp.
-    Polygon(Vec<DVec2>),
-    /// A round hole through the solid.
-    Hole {
-        /// Its middle.
-        center: DVec2,
-        /// Its radius.
-        radius: f64,
-    },
-}
 
 /// Adds the solid over `outlines` from `z = 0` up to `height`, and its sharp edges as true lines.
 ///
 /// # Errors
 /// If outlines cross.
-pub fn extrude(builder: &mut Builder, outlines: &[Outline], height: f64, random: &mut Random) -> Result<()> {
+pub fn extrude(
+    builder: &mut Builder,
+    outlines: &[Outline],
+    height: f64,
+    sizing: &Sizing,
+    random: &mut Random,
+) -> Result<()> {
     let mut bases = Vec::new();
     for outline in outlines {
-        bases.push(match outline {
-            Outline::Polygon(corners) => polygon_walls(builder, corners, height, random)?,
-            Outline::Hole { center, radius } => hole_wall(builder, *center, *radius, height, random)?,
-        });
+        bases.push(walls(builder, outline, 0.0, height, sizing, random)?);
     }
     // The bottom is seen from below, where x and y change places.
     builder.flat(Plane { origin: DVec3::ZERO, u: DVec3::Y, v: DVec3::X }, &bases)?;
-    let tops: Vec<Vec<DVec3>> = bases.iter().map(|base| raised(base, height)).collect();
-    builder.flat(Plane { origin: DVec3::Z * height, u: DVec3::X, v: DVec3::Y }, &tops)?;
-    for points in bases.iter().chain(&tops) {
-        let mut closed = points.clone();
-        closed.extend(points.first());
-        builder.line(closed);
+    let tops: Vec<Vec<DVec3>> = bases.iter().map(|base| at_height(base, height)).collect();
+    builder.flat(top_plane(height), &tops)?;
+    for ring in bases.iter().chain(&tops) {
+        builder.line(closed(ring));
     }
     Ok(())
 }
 
-/// The same points at the top.
-fn raised(points: &[DVec3], height: f64) -> Vec<DVec3> {
+/// The plane at a height, seen from above.
+pub fn top_plane(height: f64) -> Plane {
+    Plane { origin: DVec3::Z * height, u: DVec3::X, v: DVec3::Y }
+}
+
+/// The same points at another height.
+pub fn at_height(points: &[DVec3], height: f64) -> Vec<DVec3> {
     points.iter().map(|point| point.with_z(height)).collect()
 }
 
-/// A flat wall along each side. Returns the ring of the base.
-fn polygon_walls(
+/// A ring as a line: with its first point again at the end.
+pub fn closed(ring: &[DVec3]) -> Vec<DVec3> {
+    ring.iter().chain(ring.first()).copied().collect()
+}
+
+/// Adds the walls over an outline between two heights, and their upright edges as true lines. Returns the ring of the
+/// base; that at the top has the same points at the other height.
+///
+/// # Errors
+/// If the outline crosses itself.
+pub fn walls(
     builder: &mut Builder,
-    corners: &[DVec2],
-    height: f64,
+    outline: &Outline,
+    bottom: f64,
+    top: f64,
+    sizing: &Sizing,
     random: &mut Random,
 ) -> Result<Vec<DVec3>> {
+    let chains = outline.chains();
     let mut posts: Vec<Vec<DVec3>> = Vec::new();
-    for corner in corners {
-        let post = cut(corner.extend(0.0), corner.extend(height), SPACING, random);
+    for chain in chains.iter().filter(|chain| chain.sharp) {
+        let foot = chain.start();
+        let post = sizing.cut(foot.extend(bottom), foot.extend(top), random);
         builder.line(post.clone());
         posts.push(post);
     }
     let mut base: Vec<DVec3> = Vec::new();
-    for (i, corner) in corners.iter().enumerate() {
-        let next = (i + 1) % corners.len();
-        let bottom = cut(corner.extend(0.0), corners[next].extend(0.0), SPACING, random);
-        let top = reversed(&raised(&bottom, height));
-        let wall = ring(&[&bottom, &posts[next], &top, &reversed(&posts[i])]);
-        let along = (corners[next] - *corner).normalize();
-        builder.flat(Plane { origin: corner.extend(0.0), u: along.extend(0.0), v: DVec3::Z }, &[wall])?;
-        base.extend(&bottom[..bottom.len() - 1]);
+    for (i, chain) in chains.iter().enumerate() {
+        let border = match (chain.sides.as_slice(), posts.as_slice()) {
+            (_, []) => {
+                let side = places(chain, chain.start(), bottom, sizing, random);
+                let foot = side[0].at;
+                let seam = sizing.cut(foot, foot.with_z(top), random);
+                developed_wall(builder, chain, &side, [&seam, &seam], sizing)?;
+                side.iter().map(|place| place.at).collect::<Vec<_>>()
+            }
+            ([Side::Line { from, .. }], posts) => {
+                let right = &posts[(i + 1) % posts.len()];
+                let border = sizing.cut(posts[i][0], right[0], random);
+                let upper = reversed(&at_height(&border, top));
+                let wall = ring(&[&border, right, &upper, &reversed(&posts[i])]);
+                let along = (right[0].truncate() - *from).normalize();
+                let plane = Plane { origin: from.extend(bottom), u: along.extend(0.0), v: DVec3::Z };
+                builder.flat(plane, &[wall])?;
+                border
+            }
+            (_, posts) => {
+                let right = &posts[(i + 1) % posts.len()];
+                let side = places(chain, right[0].truncate(), bottom, sizing, random);
+                developed_wall(builder, chain, &side, [&posts[i], right], sizing)?;
+                side.iter().map(|place| place.at).collect::<Vec<_>>()
+            }
+        };
+        base.extend(&border[..border.len() - 1]);
     }
     Ok(base)
 }
 
-/// The wall of a round hole, unrolled and cut open at angle 0. Returns the ring of the base.
-fn hole_wall(
-    builder: &mut Builder,
-    center: DVec2,
-    radius: f64,
-    height: f64,
-    random: &mut Random,
-) -> Result<Vec<DVec3>> {
-    let round = TAU * radius;
-    // Clockwise from above, so that the unrolled wall is seen from inside the hole, which is outside the material.
-    let lift = |uv: DVec2| {
-        let angle = -uv.x / radius;
-        let (sine, cosine) = libm::sincos(angle);
-        (center + DVec2::new(cosine, sine) * radius).extend(uv.y)
-    };
-    let pieces = libm::round(round / SPACING).max(3.0) as usize;
-    let places: Vec<f64> = (0..pieces).map(|i| round * i as f64 / pieces as f64).collect();
-    let base: Vec<DVec3> = places.iter().map(|&u| lift(DVec2::new(u, 0.0))).collect();
-    let seam = cut(base[0], base[0].with_z(height), SPACING, random);
+/// A point at the foot of a wall.
+struct Place {
+    /// Length along the wall from its start.
+    along: f64,
+    /// In space.
+    at: DVec3,
+}
 
-    // The end of the unrolled wall is its start once more: another place in the chart, the same in space.
-    let around = || places.iter().copied().zip(base.iter().copied()).chain([(round, base[0])]);
-    let pin = |u: f64, at: DVec3| Pin { uv: DVec2::new(u, at.z), at };
-    let mut border: Vec<Pin> = around().map(|(u, at)| pin(u, at)).collect();
-    border.extend(seam[1..seam.len() - 1].iter().map(|&at| pin(round, at)));
-    border.extend(around().map(|(u, at)| pin(u, at.with_z(height))).collect::<Vec<_>>().into_iter().rev());
-    border.extend(seam[1..seam.len() - 1].iter().rev().map(|&at| pin(0.0, at)));
-    builder.patch(&Patch { rings: vec![border], lines: Vec::new() }, lift)?;
-    Ok(base)
+/// Cuts the foot of a chain that ends at `end`. Straight sides are cut with jitter, arcs evenly.
+fn places(chain: &Chain, end: DVec2, height: f64, sizing: &Sizing, random: &mut Random) -> Vec<Place> {
+    let mut places = Vec::new();
+    let mut before = 0.0;
+    for side in &chain.sides {
+        let length = side.length();
+        let at = |along: f64| side.at(along).extend(height);
+        let cuts = match side {
+            Side::Line { from, to } => {
+                let points = sizing.cut(from.extend(height), to.extend(height), random);
+                points.iter().map(|point| point.truncate().distance(*from)).collect()
+            }
+            Side::Arc { sweep, .. } => sizing.arc_places(at, length, sweep.abs()),
+        };
+        let inner = &cuts[..cuts.len() - 1];
+        places.extend(inner.iter().map(|&along| Place { along: before + along, at: at(along) }));
+        before += length;
+    }
+    places.push(Place { along: before, at: end.extend(height) });
+    // The start in the bits that the walls before and behind use.
+    places[0].at = chain.start().extend(height);
+    places
+}
+
+/// A wall along a chain, unrolled, between two posts; a closed one is cut open there. The chart keeps lengths, if the
+/// space is squeezed upwards only.
+fn developed_wall(
+    builder: &mut Builder,
+    chain: &Chain,
+    foot: &[Place],
+    [left, right]: [&[DVec3]; 2],
+    sizing: &Sizing,
+) -> Result<()> {
+    let squeeze = sizing.squeeze().z;
+    let (bottom, top) = (left[0].z, left[left.len() - 1].z);
+    let pin = |along: f64, at: DVec3| Pin { uv: DVec2::new(along, at.z * squeeze), at };
+    let length = foot[foot.len() - 1].along;
+    let mut border: Vec<Pin> = foot.iter().map(|place| pin(place.along, place.at)).collect();
+    border.extend(right[1..right.len() - 1].iter().map(|&at| pin(length, at)));
+    border.extend(foot.iter().rev().map(|place| pin(place.along, place.at.with_z(top))));
+    border.extend(left[1..left.len() - 1].iter().rev().map(|&at| pin(0.0, at)));
+    debug_assert!(bottom < top);
+    let lift = |uv: DVec2| chain.at(uv.x).extend(uv.y / squeeze);
+    builder.developed(&Patch { rings: vec![border], lines: Vec::new() }, lift)
 }

@@ -95,7 +95,7 @@ fn cube() -> Shape {
     let vertices = (0..8).map(|i| DVec3::new(bit(i, 0), bit(i, 1), bit(i, 2))).collect();
     let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
     let faces = quads.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
-    Shape { vertices, faces, lines: Vec::new() }
+    Shape { vertices, faces, ..Shape::default() }
 }
 
 /// A cube that ends in the middle of the faces.

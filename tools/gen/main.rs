@@ -5,7 +5,9 @@ mod generator;
 
 use anyhow::{Context, Result};
 use clap::{Parser, Subcommand};
+use generator::noise::NoiseKind;
 use generator::ply::{self, Scalar};
+use generator::style::Style;
 use generator::{ShapeName, fixtures};
 use glam::DVec3;
 use std::fs::File;
@@ -24,6 +26,14 @@ struct Arguments {
 enum Command {
     /// Write one shape as binary PLY.
     Shape(ShapeArguments),
+    /// List the shapes with their sizes.
+    Shapes {
+        /// Seed of the meshes.
+        #[arg(long, default_value_t = 1)]
+        seed: u64,
+        #[command(flatten)]
+        style: StyleArguments,
+    },
     /// Write all test files of the project.
     Fixtures {
         /// Where they go (`fixtures` in the project).
@@ -38,9 +48,14 @@ struct ShapeArguments {
     /// Seed of the mesh and of the noise.
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Noise along the vertex normals: standard deviation in mean edge lengths.
+    #[command(flatten)]
+    style: StyleArguments,
+    /// Amplitude of the noise, in mean edge lengths.
     #[arg(long, value_name = "A", default_value_t = 0.0)]
     noise: f64,
+    #[arg(long, value_name = "KIND", default_value_t = NoiseKind::Normal)]
+    #[arg(help = format!("Kind of noise: {}", NoiseKind::FORMS))]
+    noise_kind: NoiseKind,
     /// The mesh.
     #[arg(short, long, value_name = "FILE.ply")]
     output: PathBuf,
@@ -58,16 +73,39 @@ struct ShapeArguments {
     permute: Option<u64>,
 }
 
+#[derive(clap::Args)]
+struct StyleArguments {
+    /// Target edge length.
+    #[arg(long, value_name = "L", default_value_t = 1.0)]
+    edge: f64,
+    /// Triangles this many times longer than wide, along the straight direction of the shape.
+    #[arg(long, value_name = "FACTOR", default_value_t = 1.0)]
+    stretch: f64,
+    /// Longest over shortest edges, varying smoothly across the shape.
+    #[arg(long, value_name = "RATIO", default_value_t = 1.0)]
+    density: f64,
+    /// Triangles as CAD programs write them: no points inside flat faces and along straight edges.
+    #[arg(long)]
+    cad: bool,
+}
+
+impl StyleArguments {
+    fn style(&self) -> Style {
+        Style { edge: self.edge, stretch: self.stretch, density: self.density, cad: self.cad }
+    }
+}
+
 fn main() -> Result<()> {
     match Arguments::parse().command {
         Command::Shape(arguments) => write_shape(&arguments),
+        Command::Shapes { seed, style } => list(&style.style(), seed),
         Command::Fixtures { directory } => fixtures::write(&directory),
     }
 }
 
 fn write_shape(arguments: &ShapeArguments) -> Result<()> {
-    let mut shape = arguments.name.build(arguments.seed)?;
-    shape.add_noise(arguments.noise, arguments.seed);
+    let mut shape = arguments.name.build_in(&arguments.style.style(), arguments.seed)?;
+    shape.add_noise_of(arguments.noise_kind, arguments.noise, arguments.seed)?;
     if let Some(&[x, y, z]) = arguments.offset.as_deref() {
         shape.translate(DVec3::new(x, y, z));
     }
@@ -80,6 +118,30 @@ fn write_shape(arguments: &ShapeArguments) -> Result<()> {
         write_file(truth, |out| ply::write_lines(out, &shape.lines))?;
     }
     println!("{} vertices, {} triangles", shape.vertices.len(), shape.faces.len());
+    Ok(())
+}
+
+/// Prints a row for each shape. Shapes that do not come in the style say so in theirs.
+fn list(style: &Style, seed: u64) -> Result<()> {
+    style.check()?;
+    println!(
+        "{:10} {:>9} {:>9} {:>9} {:>7} {:>8}",
+        "shape", "vertices", "triangles", "mean edge", "lines", "corners"
+    );
+    for name in ShapeName::ALL {
+        let name_text = name.to_string();
+        match name.build_in(style, seed) {
+            Ok(shape) => println!(
+                "{name_text:10} {:9} {:9} {:9.3} {:7.0} {:8}",
+                shape.vertices.len(),
+                shape.faces.len(),
+                shape.mean_edge_length(),
+                shape.line_length(),
+                shape.corners.len()
+            ),
+            Err(error) => println!("{name_text:10} {error:#}"),
+        }
+    }
     Ok(())
 }
 

@@ -4,20 +4,15 @@
 //! edge length by constrained Delaunay refinement. Border and inner lines are kept exactly and never split, so that
 //! neighbouring patches fit.
 
+use super::refine::Refinement;
 use anyhow::{Context, Result, ensure};
 use glam::{DVec2, DVec3};
 use spade::handles::{FixedDirectedEdgeHandle, FixedVertexHandle};
-use spade::{AngleLimit, ConstrainedDelaunayTriangulation, Point2, RefinementParameters, Triangulation};
+use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation};
 use std::collections::BTreeSet;
 
-type Cdt = ConstrainedDelaunayTriangulation<Point2<f64>>;
-
-/// Largest triangle in units of the squared target edge length: gives a mean edge length of about the target.
-const MAX_AREA: f64 = 0.62;
-
-/// Circumradius over shortest edge that refinement accepts: smallest angles of about 22 degrees. As a ratio, because
-/// the way over degrees goes through the sine of the platform.
-const RADIUS_TO_EDGE: f64 = 1.33;
+/// A triangulation of a chart.
+pub type Cdt = ConstrainedDelaunayTriangulation<Point2<f64>>;
 
 /// A fixed vertex: where it lies in the chart, and where in space.
 #[derive(Clone, Copy, Debug)]
@@ -35,6 +30,17 @@ pub struct Patch {
     pub rings: Vec<Vec<Pin>>,
     /// Open polylines inside that the mesh must contain.
     pub lines: Vec<Vec<Pin>>,
+}
+
+/// Where points are put between the pins.
+#[derive(Clone, Copy)]
+pub enum Fill<'a> {
+    /// Nowhere.
+    Pins,
+    /// Evenly in the chart, with this target edge length.
+    Even(f64),
+    /// By the area of a triangle in space in units of its squared target edge length.
+    Graded(&'a dyn Fn([DVec3; 3]) -> f64),
 }
 
 /// Triangles of one patch.
@@ -58,10 +64,9 @@ pub struct Plane {
 }
 
 impl Plane {
-    /// Pins points of the plane.
-    pub fn pins(&self, points: &[DVec3]) -> Vec<Pin> {
-        let uv = |at: DVec3| DVec2::new((at - self.origin).dot(self.u), (at - self.origin).dot(self.v));
-        points.iter().map(|&at| Pin { uv: uv(at), at }).collect()
+    /// From space to the chart.
+    pub fn place(&self, at: DVec3) -> DVec2 {
+        DVec2::new((at - self.origin).dot(self.u), (at - self.origin).dot(self.v))
     }
 
     /// From the chart to space.
@@ -75,7 +80,7 @@ impl Patch {
     ///
     /// # Errors
     /// If borders or lines cross or touch other than in common points.
-    pub fn mesh(&self, spacing: f64, lift: impl Fn(DVec2) -> DVec3) -> Result<Piece> {
+    pub fn mesh(&self, fill: Fill<'_>, lift: impl Fn(DVec2) -> DVec3) -> Result<Piece> {
         let mut cdt = Cdt::new();
         let mut pinned = Vec::new();
         let mut border = BTreeSet::new();
@@ -92,14 +97,19 @@ impl Patch {
         for segment in lines.iter().flat_map(|line| line.windows(2)) {
             constrain(&mut cdt, segment[0], segment[1])?;
         }
-        refine(&mut cdt, spacing, self.lines.is_empty())?;
-
+        // Without inner lines the outside is left alone. With them it cannot be told apart by the library (a line looks
+        // like a border) and is refined too; those triangles are dropped afterwards.
+        let refinement = Refinement { border: &border, exclude_outside: self.lines.is_empty() };
         let mut points = pinned;
-        for vertex in cdt.vertices().skip(points.len()) {
-            let position = vertex.position();
-            points.push(lift(DVec2::new(position.x, position.y)));
+        match fill {
+            Fill::Pins => {}
+            Fill::Even(spacing) => refinement.even(&mut cdt, spacing)?,
+            Fill::Graded(size) => refinement.graded(&mut cdt, &mut points, &lift, size)?,
         }
-        Ok(Piece { points, faces: inner_faces(&cdt, &border) })
+        lift_new(&cdt, &mut points, &lift);
+        let faces =
+            inner_faces(&cdt, &border).into_iter().map(|face| face.map(|corner| corner.index())).collect();
+        Ok(Piece { points, faces })
     }
 
     /// Inserts pins in order. Handles ascend from 0, so `pinned` is indexed by them; a pin met again keeps its handle.
@@ -133,31 +143,16 @@ fn constrain(cdt: &mut Cdt, from: FixedVertexHandle, to: FixedVertexHandle) -> R
     Ok(())
 }
 
-/// Adds points until triangles are small and well shaped.
-///
-/// Without inner lines the outside is left alone. With them it cannot be told apart here (a line looks like a border)
-/// and is refined too; those triangles are dropped afterwards.
-fn refine(cdt: &mut Cdt, spacing: f64, exclude_outside: bool) -> Result<()> {
-    let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
-    for vertex in cdt.vertices() {
-        let position = DVec2::new(vertex.position().x, vertex.position().y);
-        (low, high) = (low.min(position), high.max(position));
+/// Lifts the vertices of the triangulation that `points` has none for yet.
+pub fn lift_new(cdt: &Cdt, points: &mut Vec<DVec3>, lift: impl Fn(DVec2) -> DVec3) {
+    for vertex in cdt.vertices().skip(points.len()) {
+        let position = vertex.position();
+        points.push(lift(DVec2::new(position.x, position.y)));
     }
-    // Several times what a regular mesh of the bounding box needs: only a run that would not end gets there.
-    let area = (high - low).element_product() / (spacing * spacing);
-    let limit = (8.0 * area) as usize + 1000;
-    let parameters = RefinementParameters::new()
-        .keep_constraint_edges()
-        .exclude_outer_faces(exclude_outside)
-        .with_angle_limit(AngleLimit::from_radius_to_shortest_edge_ratio(RADIUS_TO_EDGE))
-        .with_max_allowed_area(MAX_AREA * spacing * spacing)
-        .with_max_additional_vertices(limit);
-    ensure!(cdt.refine(parameters).refinement_complete, "refinement does not come to an end");
-    Ok(())
 }
 
 /// Triangles inside the rings: flood from outside, where each border edge changes sides.
-fn inner_faces(cdt: &Cdt, border: &BTreeSet<(usize, usize)>) -> Vec<[usize; 3]> {
+pub fn inner_faces(cdt: &Cdt, border: &BTreeSet<(usize, usize)>) -> Vec<[FixedVertexHandle; 3]> {
     let mut inside: Vec<Option<bool>> = vec![None; cdt.num_all_faces()];
     let mut todo: Vec<(FixedDirectedEdgeHandle, bool)> =
         cdt.convex_hull().map(|edge| (edge.rev().fix(), false)).collect();
@@ -174,6 +169,6 @@ fn inner_faces(cdt: &Cdt, border: &BTreeSet<(usize, usize)>) -> Vec<[usize; 3]> 
     }
     cdt.inner_faces()
         .filter(|face| inside[face.index()] == Some(true))
-        .map(|face| face.vertices().map(|vertex| vertex.index()))
+        .map(|face| face.vertices().map(|vertex| vertex.fix()))
         .collect()
 }

@@ -12,17 +12,20 @@ pub struct Shape {
     pub faces: Vec<[u32; 3]>,
     /// True feature lines. A closed line repeats its first point at the end. Borders are not feature lines.
     pub lines: Vec<Vec<DVec3>>,
+    /// True corners: where three or more feature lines meet, or one turns by 45 degrees or more. The tip of a cone is
+    /// none, because no line leads to it.
+    pub corners: Vec<DVec3>,
 }
 
 impl Shape {
     /// The three corner positions of a face.
-    pub fn corners(&self, face: [u32; 3]) -> [DVec3; 3] {
+    pub fn triangle(&self, face: [u32; 3]) -> [DVec3; 3] {
         face.map(|corner| self.vertices[corner as usize])
     }
 
     /// Normal of a face, twice its area long.
     pub fn area_normal(&self, face: [u32; 3]) -> DVec3 {
-        let [a, b, c] = self.corners(face);
+        let [a, b, c] = self.triangle(face);
         (b - a).cross(c - a)
     }
 
@@ -39,6 +42,18 @@ impl Shape {
             *normal = normal.normalize_or_zero();
         }
         normals
+    }
+
+    /// Smallest and largest coordinates; zeros without vertices.
+    pub fn bounds(&self) -> (DVec3, DVec3) {
+        let first = self.vertices.first().copied().unwrap_or_default();
+        self.vertices.iter().fold((first, first), |(low, high), &vertex| (low.min(vertex), high.max(vertex)))
+    }
+
+    /// Length of all true lines.
+    pub fn line_length(&self) -> f64 {
+        let segments = self.lines.iter().flat_map(|line| line.windows(2));
+        segments.fold(0.0, |sum, segment| sum + segment[0].distance(segment[1]))
     }
 
     /// Mean length of the edges, each counted once; 0 without edges.

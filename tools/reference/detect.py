@@ -7,20 +7,24 @@ import fit
 
 DEG = np.pi / 180
 DEFAULT = dict(
-    rounds=20, slope=80.0,    # local number of rounds K = min(rounds, round(slope * s0)); pass A: K, averaging: min(K, along)
-    kappa=4.0, w_max=50.0, c0=1.5,   # range width = clamp(kappa * local noise level, c0 deg, w_max deg)
+    rounds=40, slope=80.0,    # local number of rounds K = min(rounds, round(slope * s0))
+    kappa=4.0, c0=1.5,        # range width = kappa * local noise level (twice that in round 0), at least c0 deg and
+    early=5, w_early=30.0, w_max=45.0,   # at most w_early deg in rounds 1 .. early, w_max deg later
     cell=6.0, s_quant=0.5, b_quant=0.3,   # local levels: cube edge in h, quantiles for noise and background
     revote=3,                 # pass B: further votes of the tensors over the one-ring
+    calm=6.0, wide=0.3, wide_bg=0.045,   # where the threshold is below calm deg: floor(wide K) votes more, each raising it so much
     t_min=0.6, t_max=20.0, k_bg=2.0,      # threshold = clamp(k_bg * background, t_min deg, t_max deg)
     low=0.5,                  # trace candidates: theta >= low * threshold
-    hops=5, reach=5.0,        # contrast walk across the line (vertices, h)
-    rho=0.35, rho_hi=0.5, sure=45.0,     # crest test: traced contrast >= rho * traced fold
-    steps=5, cone=60.0, turn=45.0,        # trace
-    along=8,                  # at most so many rounds of averaging along the line for the thinning score
+    hops=3, reach=3.0, hops_k=0.2, reach_k=0.15,   # contrast walk across the line (vertices, h), more for each round K
+    rho=0.4, rho_hi=0.45, sure=45.0,     # crest test: traced contrast >= rho * traced fold
+    steps=5, cone=60.0, turn=45.0, lend=1.25,   # trace; a supporter counts at most lend times the vertex's own fold
+    relax=0.1, relax_max=3,   # walks along lines see positions after min(relax_max, floor(relax K)) rounds of smoothing
+    along=8, along_calm=16,   # at most so many rounds of averaging along the line for the thinning score
+    own=0.25, own_k=30.0,     # a ridge vertex folds itself: T0 shows own (1 - K/own_k) of what T3 shows
     nms_r=1.6, side=2.5,      # thinning radius in h; "across" = (e.b)^2 >= side (e.t)^2
     q_link=0.6, lsteps=3,     # linking
     loop=6.0, loop_k=0.1, prune=6.0, iso=8.0,        # graph, in h; loops below loop + loop_k K are not closed
-    q_hi=1.6, strong_frac=0.25,           # hysteresis
+    q_hi=1.3, strong_frac=0.25,           # hysteresis
     corner=20.0, c_rat=0.4, sharp=30.0,   # classes, deg
 )
 
@@ -138,7 +142,7 @@ def round_vertex(F, N, A, vfp, vf, w2, go):
 
 
 def refine(m, p):
-    """s0 = local median of the chords |n_f-n_g| over the edges; range width 2 kappa s0 in round 0, then min(kappa s0, w_max), never below c0.
+    """s0 = local median of the chords |n_f-n_g| over the edges; range width 2 kappa s0 in round 0, then min(kappa s0, w_early or w_max), never below c0.
     A face takes part in the first K = min(rounds, round(slope s0)) rounds and then stands still. Returns the normals, s0, K at faces, K at vertices"""
     N = m.N
     x = np.linalg.norm(N[m.ea] - N[m.eb], axis=1)
@@ -149,7 +153,7 @@ def refine(m, p):
     s0 = level(m.C)
     K = count(s0)
     for k in range(int(K.max(initial=0))):
-        w = 2 * p['kappa'] * s0 if k == 0 else np.minimum(p['kappa'] * s0, p['w_max'] * DEG)
+        w = 2 * p['kappa'] * s0 if k == 0 else np.minimum(p['kappa'] * s0, p['w_early' if k <= p['early'] else 'w_max'] * DEG)
         w = np.maximum(p['c0'] * DEG, w)
         N = round_vertex(m.F, N, m.A, m.vfp, m.vf, w * w, K > k)
     return N, s0, K, count(level(m.V))
@@ -221,7 +225,7 @@ def along(V, vvp, vv, t, x):
 
 @njit(cache=True)
 def contrast(V, vvp, vv, b, t, th, hops, ccone, reach):
-    """chi = theta(v) - mean over the two sides of the smallest theta met on a walk along +-b (at most `hops` vertices, within reach)"""
+    """chi = theta(v) - mean over the two sides of the smallest theta met on a walk along +-b (at most hops[v] vertices, within reach[v])"""
     n = V.shape[0]
     X = np.zeros(n)
     for v in range(n):
@@ -230,7 +234,7 @@ def contrast(V, vvp, vv, b, t, th, hops, ccone, reach):
             s = 1.0 if side == 0 else -1.0
             d0 = s * b[v, 0]; d1 = s * b[v, 1]; d2 = s * b[v, 2]
             cur = v; mn = th[v]
-            for st in range(hops):
+            for st in range(hops[v]):
                 best = -1; bc = ccone
                 for k in range(vvp[cur], vvp[cur + 1]):
                     u = vv[k]
@@ -250,7 +254,7 @@ def contrast(V, vvp, vv, b, t, th, hops, ccone, reach):
                 if best < 0:
                     break
                 e0 = V[best, 0] - V[v, 0]; e1 = V[best, 1] - V[v, 1]; e2 = V[best, 2] - V[v, 2]
-                if e0 * e0 + e1 * e1 + e2 * e2 > reach * reach:
+                if e0 * e0 + e1 * e1 + e2 * e2 > reach[v] * reach[v]:
                     break
                 if th[best] < mn:
                     mn = th[best]
@@ -266,8 +270,9 @@ def contrast(V, vvp, vv, b, t, th, hops, ccone, reach):
 
 
 @njit(cache=True)
-def trace(V, vvp, vv, t, th, chi, low, stop, steps, ccone, cturn):
-    """neighbour support: mean fold angle over at most `steps` vertices on each side along +-t (missing vertices count 0)"""
+def trace(V, vvp, vv, t, th, chi, low, stop, steps, ccone, cturn, lend):
+    """neighbour support: mean fold angle over at most `steps` vertices on each side along +-t (missing vertices count 0); none counts
+    more than lend times the vertex's own"""
     n = V.shape[0]
     S = np.zeros(n); SC = np.zeros(n)
     for v in range(n):
@@ -305,7 +310,8 @@ def trace(V, vvp, vv, t, th, chi, low, stop, steps, ccone, cturn):
                     break
                 if stop[best]:
                     break
-                acc += th[best]; accc += chi[best]; got += 1
+                w = min(th[best], lend * th[v])
+                acc += w; accc += chi[best] * (w / th[best]); got += 1
                 a = t[best, 0] * d0 + t[best, 1] * d1 + t[best, 2] * d2
                 a = 1.0 if a >= 0 else -1.0
                 d0 = d0 + a * t[best, 0]; d1 = d1 + a * t[best, 1]; d2 = d2 + a * t[best, 2]
@@ -508,6 +514,22 @@ def chains(g, corners=()):
     return out
 
 
+@njit(cache=True)
+def relax(X, vvp, vv, go):
+    """half way to the mean of the neighbours, where go"""
+    O = X.copy()
+    for v in range(X.shape[0]):
+        m = vvp[v + 1] - vvp[v]
+        if not go[v] or m == 0:
+            continue
+        a = 0.0; b = 0.0; c = 0.0
+        for i in range(vvp[v], vvp[v + 1]):
+            u = vv[i]
+            a += X[u, 0]; b += X[u, 1]; c += X[u, 2]
+        O[v, 0] = 0.5 * X[v, 0] + 0.5 * (a / m); O[v, 1] = 0.5 * X[v, 1] + 0.5 * (b / m); O[v, 2] = 0.5 * X[v, 2] + 0.5 * (c / m)
+    return O
+
+
 def unit(x):
     return x / np.maximum(np.linalg.norm(x, axis=1, keepdims=True), 1e-300)
 
@@ -525,28 +547,41 @@ def detect(V, F, mesh=None, **kw):
     L2, U2 = eig(T)
     t = unit(U2[:, :, 2] - (U2[:, :, 2] * NV).sum(1, keepdims=True) * NV)
     b = np.cross(NV, t)
-    th = np.arctan(np.sqrt(L[:, 1])) + np.arctan(np.sqrt(L2[:, 1]))     # mean fold angle at the two scales
+    isb = np.zeros(len(m.V), bool); isb[m.bedge.ravel()] = True
+    near, far = np.arctan(np.sqrt(L[:, 1])), np.arctan(np.sqrt(L2[:, 1]))
+    bg = cell_level(m.V, near + far, p['cell'] * h, p['b_quant'], m.lo)(m.V)
+    calm = p['k_bg'] * bg < p['calm'] * DEG
+    more = np.where(calm, np.floor(p['wide'] * Kv), 0).astype(np.int64)
+    for k in range(int(more.max(initial=0))):       # six neighbours and two own votes: who stands still weighs as much
+        T = np.where((more > k)[:, None, None], vote_twice(T, m.vvp, m.vv) / 8, T)
+    # mean fold angle at the two or three scales
+    th = np.where(more > 0, (near + far + np.arctan(np.sqrt(eig(T)[0][:, 1]))) * (2 / 3), near + far)
     ph = 2 * np.arctan(np.sqrt(L[:, 2]))            # ball part as an angle
     cone = np.cos(p['cone'] * DEG)
-    chi = contrast(m.V, m.vvp, m.vv, b, t, th, p['hops'], np.cos(60 * DEG), p['reach'] * h)
-    bg = cell_level(m.V, th, p['cell'] * h, p['b_quant'], m.lo)(m.V)
-    thr = np.minimum(np.maximum(p['t_min'] * DEG, p['k_bg'] * bg), p['t_max'] * DEG)
+    chi = contrast(m.V, m.vvp, m.vv, b, t, th, p['hops'] + np.floor(p['hops_k'] * Kv).astype(np.int64), np.cos(60 * DEG),
+                   (p['reach'] + p['reach_k'] * Kv) * h)
+    thr = np.minimum(np.maximum(p['t_min'] * DEG, p['k_bg'] * bg * (1 + p['wide_bg'] * more)), p['t_max'] * DEG)
     low = p['low'] * thr
-    isb = np.zeros(len(m.V), bool); isb[m.bedge.ravel()] = True
-    corner = (ph >= p['corner'] * DEG) & (ph >= p['c_rat'] * 2 * np.arctan(np.sqrt(L[:, 1])))
+    corner = (ph >= p['corner'] * DEG) & (ph >= p['c_rat'] * 2 * near)
     stop = corner | isb
-    S, SC = trace(m.V, m.vvp, m.vv, t, th, chi, low, stop, p['steps'], cone, np.cos(p['turn'] * DEG))
+    X = m.V
+    smooth = np.where(isb, 0, np.minimum(p['relax_max'], np.floor(p['relax'] * Kv)))
+    for k in range(int(smooth.max(initial=0))):
+        X = relax(X, m.vvp, m.vv, smooth > k)
+    S, SC = trace(X, m.vvp, m.vv, t, th, chi, low, stop, p['steps'], cone, np.cos(p['turn'] * DEG), p['lend'])
     q = np.minimum(S / thr, 1e9)
     sure = S >= p['sure'] * DEG                 # no smooth surface folds that much in a ring
     crest = (SC >= p['rho'] * S) | sure
     strong = (q >= p['q_hi']) & ((SC >= p['rho_hi'] * S) | sure)
     R = th
-    for k in range(p['along']):
-        R = np.where(Kv > k, along(m.V, m.vvp, m.vv, t, R), R)
-    ridge = nms(m.V, m.vvp, m.vv, b, t, R, (q >= 1.0) & crest, p['nms_r'] * h, p['side']) & ~isb
-    es = link(m.V, m.vvp, m.vv, t, R, ridge, stop, ((q >= p['q_link']) & ((SC >= 0.7 * p['rho'] * S) | sure)) | corner, cone, p['lsteps'])
+    turns = np.minimum(Kv, np.where(calm, p['along_calm'], p['along']))
+    for k in range(int(turns.max(initial=0))):
+        R = np.where(turns > k, along(m.V, m.vvp, m.vv, t, R), R)
+    own = near >= p['own'] * np.maximum(0, 1 - Kv / p['own_k']) * far
+    ridge = nms(m.V, m.vvp, m.vv, b, t, R, (q >= 1.0) & crest & own, p['nms_r'] * h, p['side']) & ~isb
+    es = link(X, m.vvp, m.vv, t, R, ridge, stop, ((q >= p['q_link']) & ((SC >= 0.7 * p['rho'] * S) | sure)) | corner, cone, p['lsteps'])
     def weight(a, c):
-        d = m.V[c] - m.V[a]
+        d = X[c] - X[a]
         al = 0.5 * (abs(d @ t[a]) + abs(d @ t[c])) / np.sqrt((d * d).sum())
         return min(R[a], R[c]) * (0.2 + 0.8 * al)
     walks = []
@@ -578,7 +613,7 @@ def detect(V, F, mesh=None, **kw):
     feature = (q >= 1) & crest & ~stop
     # fits at the vertices of lines and at features: dihedral angle (signed where there are two sides), quadric, slack
     angle = th.copy(); A = np.zeros((len(m.V), 3, 3)); a = np.zeros((len(m.V), 3))
-    noise = Kv / p['rounds']
+    noise = np.minimum(Kv / fit.DEFAULT['noisy'], 1)
     for v in sorted(set(np.where(feature)[0].tolist()) | {v for c in C for v in c}):
         angle[v], _, A[v], a[v] = fit.fit(m, N, v, t[v], b[v], corner[v], noise[v])
         if np.isnan(angle[v]):

@@ -4,13 +4,13 @@ polylines (smooth). All lengths in here are in units of h, relative to the verte
 import numpy as np
 
 DEFAULT = dict(
-    near=2.5, far=5.5,        # radius of the patch: from near without noise to far at the most rounds
+    near=2.5, far=5.5, noisy=20.0,       # radius of the patch: from near without noise to far from so many rounds on
     width=0.5,                # faces belong to a plane whose normal is within this chord (29 degrees)
     gamma=5.0, ramp=0.5,      # side coordinate: distance across + gamma times what the normal says; weight rises over ramp
     split=4, rounds=3,        # rounds of telling the sides apart, rounds of fitting planes
     pull=0.3,                 # a plane's slopes are pulled to the refined normals as if the patch were this much wider
     floor=0.02,               # no plane is surer than this
-    slack=0.5,                # how far a line vertex lies from the line; twice that at the most rounds
+    slack=0.5,                # how far a line vertex lies from the line; twice that with much noise
     shift=1.0,                # the crease is looked for within this distance of the vertex
     more=3, share=0.1,        # further planes (corners), each at least this share of the faces nearby
     close=1.0,                # a further plane counts less the farther off it passes, not at all from here on; at corners twice that
@@ -160,7 +160,7 @@ def point(planes, slack):
 
 
 def fit(m, N, v, t, b, corner, noise, p=DEFAULT):
-    """noise: K_v over the most rounds. Signed dihedral angle (positive: convex; NaN: none), matrix and vector of the quadric"""
+    """noise: K_v over p['noisy'], at most 1. Signed dihedral angle (positive: convex; NaN: none), matrix and vector of the quadric"""
     r = p['near'] + (p['far'] - p['near']) * noise
     k = quantities(m, N, v, r)
     if k is None:

@@ -173,7 +173,7 @@ struct Reads {
 
 impl Reads {
     fn of(plan: &Plan) -> Reads {
-        let margin = Reach::new(&plan.scale).margin(0);
+        let margin = Reach::new(&plan.scale, 0).margin(0);
         plan.cells.iter().fold(Reads::default(), |sum, cell| {
             let met = plan.blocks_in(&plan.first_region(cell, margin));
             let faces = met.iter().map(|&block| u64::from(plan.block_faces[block])).sum();

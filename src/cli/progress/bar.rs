@@ -42,7 +42,7 @@ fn begin(stage: Stage, total: u64) -> ProgressBar {
     let bar = match stage {
         // Stitching does not report on the way, and writing is over before a bar says much.
         Stage::Stitch | Stage::Write => ProgressBar::new_spinner(),
-        Stage::Scan | Stage::Tiles => ProgressBar::new(total),
+        Stage::Scan | Stage::Survey | Stage::Tiles => ProgressBar::new(total),
     };
     bar.set_draw_target(ProgressDrawTarget::stderr());
     let template = match stage {
@@ -50,7 +50,9 @@ fn begin(stage: Stage, total: u64) -> ProgressBar {
         Stage::Scan => {
             "{prefix:>7} [{bar:30}] {percent:>3} %  {human_pos}/{human_len} faces, {per_sec}{left}"
         }
-        Stage::Tiles => "{prefix:>7} [{bar:30}] {percent:>3} %  {human_pos}/{human_len}, {elapsed}{left}",
+        Stage::Survey | Stage::Tiles => {
+            "{prefix:>7} [{bar:30}] {percent:>3} %  {human_pos}/{human_len}, {elapsed}{left}"
+        }
     };
     // The templates are fixed; one that were wrong would cost the looks and nothing else.
     if let Ok(style) = ProgressStyle::with_template(template) {
@@ -76,7 +78,7 @@ mod tests {
     #[test]
     fn a_bar_follows_the_stages() {
         let bar = Bar::new();
-        for stage in [Stage::Scan, Stage::Tiles, Stage::Stitch, Stage::Write] {
+        for stage in [Stage::Scan, Stage::Survey, Stage::Tiles, Stage::Stitch, Stage::Write] {
             bar.event(Event::Started { stage, total: 3 });
             bar.event(Event::Advanced { stage, by: 2 });
             let position = bar.current.lock().expect("not poisoned").as_ref().map(ProgressBar::position);
