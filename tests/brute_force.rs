@@ -345,7 +345,7 @@ fn compare(mesh: &Mesh, sigma_edges: f64, expected: &Expected) -> Comparison {
     let source = mesh.source();
     let plan = plan(&source, &params, Tiling::InCore);
     let tile = Tile::load(&source, &plan, &|_| (), &plan.cells[0]);
-    let steps = Steps::compute(&tile, &plan, &params);
+    let steps = Steps::compute(&tile, &plan);
     let naive = Naive::new(mesh, sigma_edges);
     assert_eq!(plan.scale.h.to_bits(), naive.h.to_bits(), "h is {}, naive {}", plan.scale.h, naive.h);
 

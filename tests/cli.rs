@@ -125,7 +125,7 @@ fn impossible_command_lines_are_2() {
         ("detect bracket.ply --sigma -1", "above 0"),
         ("detect bracket.ply --sigma-edges 99", "between 1 and 30"),
         ("detect bracket.ply --sigma 1 --sigma-edges 3", "--sigma-edges"),
-        ("detect bracket.ply --min-angle 200", "between 0 and 90"),
+        ("detect bracket.ply --min-angle 200", "between 0 and 180"),
         ("detect bracket.ply --method best", "--method"),
         ("detect bracket.ply --salience 0.2", "--salience needs --method paper"),
         ("detect bracket.ply --edge-l2 0.2", "--edge-l2 needs --method paper"),
@@ -281,8 +281,8 @@ fn force_replaces_and_defects_are_named() {
         assert!(out.contains(part), "{part:?} is not in {out}");
     }
     assert!(fs::read(place.path("defects.creases.ply")).expect("read").starts_with(b"ply\n"));
-    let (out, _) = place.does("detect defects.ply -o none.ply --min-angle 89");
-    assert!(out.contains("found no lines") && out.contains("--min-angle below 89"), "{out}");
+    let (out, _) = place.does("detect defects.ply -o none.ply --min-angle 179");
+    assert!(out.contains("found no lines") && out.contains("--min-angle below 179"), "{out}");
 }
 
 #[test]

@@ -134,7 +134,7 @@ impl Whole {
     fn new(source: &dyn MeshSource, plan: &Plan) -> Whole {
         assert!(plan.is_in_core());
         let tile = Tile::load(source, plan, &|_| (), &plan.cells[0]);
-        let steps = Steps::compute(&tile, plan, &Params::default());
+        let steps = Steps::compute(&tile, plan);
         assert!(steps.links.len() > 50, "hardly any links");
         Whole { tile, steps }
     }
@@ -222,7 +222,7 @@ fn compare(name: &str, faces: u64, change: impl Fn(&mut Reach), spoil: impl Fn(&
         for cell in &cut.cells {
             let mut tile = Tile::load(&source, &cut, &change, cell);
             spoil(&mut tile);
-            let steps = Steps::compute(&tile, &cut, &Params::default());
+            let steps = Steps::compute(&tile, &cut);
             if let Some(difference) = whole.disagreement(&tile, &steps) {
                 return Outcome::Different(difference);
             }
@@ -330,7 +330,7 @@ fn a_patch_that_reaches_beyond_the_level_cubes_is_noticed() {
     let tiles = || {
         for cell in &cut.cells {
             let tile = Tile::load(&source, &cut, &|_| (), cell);
-            let found = fits(&tile, &Steps::compute(&tile, &cut, &Params::default()));
+            let found = fits(&tile, &Steps::compute(&tile, &cut));
             for &v in &tile.demand.owned {
                 let w = Whole::place(&whole.tile.mesh.vertex_ids, &tile.mesh.id(v));
                 if found.get(v) != expected.get(w) {

@@ -91,8 +91,9 @@ pub(super) struct DetectArgs {
     #[command(flatten)]
     pub sigma: SigmaArgs,
 
-    /// The weakest crease to report, as its fold angle in degrees: 0 is flat, 90 is the edge of a box. Default: 0, which
-    /// leaves the decision to the noise and the curvature around each place. With `--method robust` only.
+    /// The weakest crease to report, as the mean angle of a line in degrees: 0 is flat, 90 is the edge of a box, 180 is
+    /// folded back. Default: 0, which leaves the decision to the noise and the curvature around each place. With
+    /// `--method robust` only.
     #[arg(long, value_name = "DEG", help_heading = WHAT, value_parser = angle, allow_negative_numbers = true)]
     pub min_angle: Option<f64>,
 
@@ -335,7 +336,7 @@ fn length(text: &str) -> Result<f64, String> {
 
 fn angle(text: &str) -> Result<f64, String> {
     let x = number(text)?;
-    if (0.0..=90.0).contains(&x) { Ok(x) } else { Err("it must lie between 0 and 90 degrees".to_owned()) }
+    if (0.0..=180.0).contains(&x) { Ok(x) } else { Err("it must lie between 0 and 180 degrees".to_owned()) }
 }
 
 fn edges(text: &str) -> Result<f64, String> {

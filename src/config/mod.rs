@@ -45,8 +45,9 @@ pub struct Params {
     pub method: Method,
     /// Scale of the voting neighbourhood.
     pub sigma: Sigma,
-    /// The weakest crease to report: a floor on the fold angle supported along a line, in degrees. 0 leaves the
-    /// decision to the local threshold. The paper method has no such floor and takes only 0.
+    /// The weakest crease to report: lines whose mean dihedral angle is smaller are dropped, and vertices with a smaller
+    /// one are class face. In degrees, 0 to 180; 0 leaves the decision to the local threshold. The paper method fits no
+    /// planes and takes only 0.
     pub min_angle_deg: f64,
     /// The shortest line to report, in sigmas. Applies to connected components of crease lines.
     pub min_length_sigmas: f64,
@@ -83,10 +84,8 @@ pub enum ParamError {
         /// Largest scale: the work grows with its square.
         max: f64,
     },
-    /// An angle that no fold reads: it comes from a ratio of eigenvalues, which is the same for 60 and 120 degrees.
-    #[error(
-        "the smallest angle is {0} degrees; it must lie between 0 (flat) and 90 (the edge of a box; a sharper fold reads less)"
-    )]
+    /// An angle that no fold has.
+    #[error("the smallest angle is {0} degrees; it must lie between 0 (flat) and 180 (folded back)")]
     MinAngle(f64),
     /// A negative or non-finite length.
     #[error("the smallest length is {0} sigmas; it must be finite and not negative")]
@@ -128,7 +127,7 @@ impl Params {
         if !(min..=max).contains(&edges) {
             return Err(ParamError::Sigma { edges, h, min, max });
         }
-        if !(0.0..=90.0).contains(&self.min_angle_deg) {
+        if !(0.0..=180.0).contains(&self.min_angle_deg) {
             return Err(ParamError::MinAngle(self.min_angle_deg));
         }
         if !(self.min_length_sigmas >= 0.0 && self.min_length_sigmas.is_finite()) {

@@ -13,7 +13,7 @@
 //! | smoothed positions | the same; positions [`Reach::smoothing_rounds`] rings around | walks see them |
 //! | theta | [`Reach::contrast_steps`] rings around every contrast | walks across the line |
 //! | repeated votes | [`Reach::further_votes`] rings around every theta | calm tensors vote further |
-//! | narrow theta | the 27 level cubes around each of those | surroundings are told by a level |
+//! | narrow theta | the 27 level cubes around each of those | surroundings are told by a level; fitted patches lie inside |
 //! | first tensors | [`Reach::revotes`] rings around every narrow theta | tensors vote again |
 //! | refined normals | faces around those | |
 //! | normals of earlier rounds | as many rings of faces as the local number of rounds K | [`round_demand`] |
@@ -32,6 +32,10 @@ use crate::mesh::TileMesh;
 use glam::DVec3;
 use rayon::prelude::*;
 use std::collections::{HashMap, HashSet};
+
+/// The vertices of the patch that planes are fitted to lie nearer than the edge of a level cube, hence in the 27 cubes; all
+/// refined normals around those are asked for already.
+const _: () = assert!(method::FIT_FAR < method::LEVEL_CUBE);
 
 /// How far each step reaches.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -117,12 +117,13 @@ fn find(tile: &Certified, plan: &Plan, params: &Params) -> Finding {
         contrast: &contrast(mesh, &plan.scale, &votes, vertex_rounds, &demand.traced),
         surroundings: &surroundings,
         stops: &stops,
-        min_angle: params.min_angle_deg * DEGREE,
     };
     let support = evidence.support(&demand.linked);
     let r = average_along(mesh, &votes, &surroundings, vertex_rounds, &demand.thinned);
     let refined = Some(refined);
-    Finding { refined, votes, positions, support, stops, r, omega: Vote::omega, strong: Support::strong }
+    let min_angle = params.min_angle_deg * DEGREE;
+    let (omega, strong) = (Vote::omega, Support::strong);
+    Finding { refined, votes, positions, support, stops, r, min_angle, omega, strong }
 }
 
 /// What was found out about single vertices.
@@ -139,6 +140,8 @@ pub(super) struct Finding {
     pub stops: Field<Stop>,
     /// What thinning compares.
     pub r: Field<f64>,
+    /// Features with a smaller dihedral angle are none, radians.
+    pub min_angle: f64,
     /// Omega of the eigenvalues, as the method normalises them.
     pub omega: fn(&Vote) -> f64,
     /// Which vertices can carry a component of the line graph.
@@ -183,7 +186,7 @@ impl Finding {
             Class::Boundary
         } else if stop.corner {
             Class::Corner
-        } else if !self.support.get(v).feature() {
+        } else if !self.support.get(v).feature() || fits.get(v).angle < self.min_angle {
             Class::Face
         } else if fits.get(v).angle >= method::SHARP_DEG * DEGREE {
             Class::Sharp

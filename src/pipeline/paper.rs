@@ -55,6 +55,7 @@ impl PaperMethod<'_> {
             support,
             stops,
             r,
+            min_angle: 0.0,
             omega: |vote| omega(vote.eigenvalues),
             strong: Support::feature,
         }

@@ -25,8 +25,6 @@ pub struct Evidence<'a> {
     pub surroundings: &'a Field<Surroundings>,
     /// Where lines stop.
     pub stops: &'a Field<Stop>,
-    /// Floor on S from the command line, radians.
-    pub min_angle: f64,
 }
 
 /// Support of a vertex by the line through it.
@@ -38,14 +36,12 @@ pub struct Support {
     pub contrast: f64,
     /// q = S / threshold.
     pub measure: f64,
-    /// S over the floor of the command line; infinite without one.
-    pub over_floor: f64,
 }
 
 impl Support {
-    /// Of a method that measures salience alone: no contrast is taken off, and there is no floor.
+    /// Of a method that measures salience alone: no contrast is taken off.
     pub(super) fn of_salience(salience: f64, measure: f64) -> Support {
-        Support { salience, contrast: salience, measure: measure.min(MEASURE_CAP), over_floor: f64::INFINITY }
+        Support { salience, contrast: salience, measure: measure.min(MEASURE_CAP) }
     }
 
     /// No smooth surface folds that much in a ring.
@@ -59,13 +55,12 @@ impl Support {
 
     /// Whether the vertex is a feature.
     pub fn feature(&self) -> bool {
-        self.measure >= 1.0 && self.over_floor >= 1.0 && self.stands_out(method::CREST_CONTRAST)
+        self.measure >= 1.0 && self.stands_out(method::CREST_CONTRAST)
     }
 
     /// Whether a path between features may lead through the vertex.
     pub fn passable(&self) -> bool {
         self.measure >= method::LINK_MEASURE
-            && self.over_floor >= method::LINK_MEASURE
             && self.stands_out(method::LINK_CONTRAST * method::CREST_CONTRAST)
     }
 
@@ -98,12 +93,8 @@ impl Evidence<'_> {
             salience = (vote.theta + forward.theta + backward.theta) / count;
             contrast = (self.contrast.get(v) + forward.contrast + backward.contrast) / count;
         }
-        Support {
-            salience,
-            contrast,
-            measure: (salience / self.surroundings.get(v).threshold).min(MEASURE_CAP),
-            over_floor: if self.min_angle > 0.0 { salience / self.min_angle } else { f64::INFINITY },
-        }
+        let measure = (salience / self.surroundings.get(v).threshold).min(MEASURE_CAP);
+        Support { salience, contrast, measure }
     }
 
     /// Follows the line from `v` towards `d`.

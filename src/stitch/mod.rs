@@ -61,10 +61,18 @@ pub fn stitch(fragments: Fragments, scale: &Scale, params: &Params) -> LineSet {
     prune::prune_branches(&mut creases, &vertices, scale.length(method::PRUNE_LENGTH));
     let shortest = scale.length(params.min_length_sigmas * method::SIGMA_EDGES);
     prune::prune_components(&mut creases, &vertices, shortest);
-    let mut lines: Vec<Line> = lines::chains(&creases, |v| vertices[v as usize].corner)
-        .into_iter()
-        .map(|chain| lines::crease_line(&vertices, chain, largest_salience))
-        .collect();
+    let crease_lines = |creases: &Graph| -> Vec<Line> {
+        let chains = lines::chains(creases, |v| vertices[v as usize].corner).into_iter();
+        chains.map(|chain| lines::crease_line(&vertices, chain, largest_salience)).collect()
+    };
+    let mut lines = crease_lines(&creases);
+    if lines.iter().any(|line| line.angle < params.min_angle_deg) {
+        // What a weak line held together may be too short on its own, and its junctions may be none any more.
+        let weak = lines.iter().filter(|line| line.angle < params.min_angle_deg);
+        weak.for_each(|line| line.vertices.windows(2).for_each(|e| creases.remove(e[0], e[1])));
+        prune::prune_components(&mut creases, &vertices, shortest);
+        lines = crease_lines(&creases);
+    }
     open_edges.sort_unstable();
     for (crowded, class) in [(false, Class::Boundary), (true, Class::NonManifold)] {
         let mut open = Graph::new(vertices.len());

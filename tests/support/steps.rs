@@ -101,7 +101,7 @@ pub struct Steps {
 
 impl Steps {
     /// Steps A to D, and F as far as it is local.
-    pub fn compute(tile: &Tile, plan: &Plan, params: &Params) -> Steps {
+    pub fn compute(tile: &Tile, plan: &Plan) -> Steps {
         let Tile { mesh, demand, vertex_rounds, .. } = tile;
         let scale = &plan.scale;
         let normals = refine(mesh, &tile.faces, &plan.scale, &tile.noise, &tile.needed);
@@ -114,7 +114,6 @@ impl Steps {
         let positions = smooth(mesh, scale, vertex_rounds, &demand.smoothed);
         let contrast = contrast(mesh, scale, &votes, vertex_rounds, &demand.traced);
         let stops = stops(mesh, &votes, &demand.traced);
-        let min_angle = params.min_angle_deg.to_radians();
         let evidence = Evidence {
             mesh,
             votes: &votes,
@@ -122,7 +121,6 @@ impl Steps {
             contrast: &contrast,
             surroundings: &surroundings,
             stops: &stops,
-            min_angle,
         };
         let support = evidence.support(&demand.linked);
         let r = average_along(mesh, &votes, &surroundings, vertex_rounds, &demand.thinned);
