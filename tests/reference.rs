@@ -48,8 +48,9 @@ fn compare(name: &str) {
 /// Dihedral angles and fitted points of all line vertices. The planes are least squares of least squares, and the golden
 /// numbers are rounded: points agree to a millionth of an edge, angles to a thousandth of a degree.
 fn compare_fits(name: &str, found: &Detection) {
-    let (chains, points, angles): (Vec<Vec<u64>>, Vec<Vec<[f64; 3]>>, Vec<Vec<f64>>) =
-        (golden(name, "chains"), golden(name, "fitted"), golden(name, "angles"));
+    let chains: Vec<Vec<u64>> = golden(name, "chains");
+    let points: Vec<Vec<[f64; 3]>> = golden(name, "fitted");
+    let angles: Vec<Vec<f64>> = golden(name, "angles");
     let mut compared = 0;
     for (chain, (points, angles)) in chains.iter().zip(points.iter().zip(&angles)) {
         for (&id, (&point, &angle)) in chain.iter().zip(points.iter().zip(angles)) {

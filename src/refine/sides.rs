@@ -63,7 +63,7 @@ fn split(patch: &Patch, b: DVec3) -> Option<[DVec3; 2]> {
             let across = coordinate(patch, i, b, normals).clamp(-1.0, 1.0);
             sums[usize::from(across < 0.0)] += patch.normals[i] * (patch.near[i] * across.abs());
         }
-        if sums.iter().any(|sum| *sum == DVec3::ZERO) {
+        if sums.contains(&DVec3::ZERO) {
             return None;
         }
         normals = sums.map(unit);
