@@ -360,3 +360,26 @@ fn a_halo_that_is_too_wide_changes_nothing() {
         assert_eq!(steps("bracket", 500, change), Outcome::Equal, "{what}");
     }
 }
+#[test]
+fn zz_probe() {
+    for (n, f) in [
+        ("folds20", 150),
+        ("folds20", 40),
+        ("folds10", 150),
+        ("folds10", 60),
+        ("bracket", 150),
+        ("bracket", 60),
+        ("city", 150),
+        ("city", 60),
+        (STRIP, 100),
+        (NOISY_STRIP, 100),
+    ] {
+        println!(
+            "{n} {f} {:?}",
+            match steps(n, f, |r| r.link_steps -= 1) {
+                Outcome::Different(w) => w,
+                o => format!("{o:?}")[..5].to_owned(),
+            }
+        );
+    }
+}
