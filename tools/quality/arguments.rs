@@ -100,6 +100,12 @@ pub struct ReportArguments {
     /// Only the parts of these sets; may be given several times.
     #[arg(long, value_enum)]
     pub set: Vec<Set>,
+    /// Write the results.
+    #[arg(long, value_name = "FILE.json")]
+    pub json: Option<PathBuf>,
+    /// Measure nothing: take the results of `report --json`. The sheet stays as it is.
+    #[arg(long, value_name = "FILE.json", conflicts_with_all = ["json", "set"])]
+    pub from: Option<PathBuf>,
 }
 
 #[derive(Args)]

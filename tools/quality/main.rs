@@ -92,20 +92,31 @@ fn measure(
 }
 
 fn report(arguments: &ReportArguments) -> Result<()> {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let document = Path::new(env!("CARGO_MANIFEST_DIR")).join(DOCUMENT);
+    let rewrite = |set: &Results| report::replace(&document, &set.records[0].set, &markdown::tables(set));
+    if let Some(path) = &arguments.from {
+        return Results::read(path)?.by_set().iter().try_for_each(rewrite);
+    }
     let all = [Set::All];
     let wanted = if arguments.set.is_empty() { &all[..] } else { &arguments.set };
+    let mut parts = Vec::new();
     for set in wanted.iter().flat_map(|set| set.members()) {
         let cases = set.cases(&REPORT_SEEDS, None)?;
         let scratch = tempfile::tempdir()?;
         let drawn = set == Set::Reference;
-        let results = measure(&arguments.program, &cases, &METHODS, true, drawn.then_some(scratch.path()))?;
-        report::replace(&root.join(DOCUMENT), set.name(), &markdown::tables(&results))?;
+        let keep = drawn.then_some(scratch.path());
+        let results = measure(&arguments.program, &cases, &METHODS, true, keep)?;
+        rewrite(&results)?;
         if drawn {
-            sheet::draw(&cases, &results, scratch.path(), &root.join(SHEET))?;
+            let sheet = Path::new(env!("CARGO_MANIFEST_DIR")).join(SHEET);
+            sheet::draw(&cases, &results, scratch.path(), &sheet)?;
         }
+        parts.push(results);
     }
-    Ok(())
+    match (&arguments.json, Results::joined(parts)) {
+        (Some(path), Some(results)) => results.write(path),
+        _ => Ok(()),
+    }
 }
 
 fn score(mesh: PathBuf, lines: &Path, truth: &Path) -> Result<()> {

@@ -84,6 +84,14 @@ impl Results {
         distinct(&self.records, |record| record.set.as_str()).into_iter().map(of_set).collect()
     }
 
+    /// Results of the same program, one after the other; none of none.
+    pub fn joined(parts: Vec<Results>) -> Option<Results> {
+        parts.into_iter().reduce(|mut all, part| {
+            all.records.extend(part.records);
+            all
+        })
+    }
+
     /// Writes JSON, one line for each record, so that two files can be compared by eye too.
     ///
     /// # Errors
@@ -157,6 +165,7 @@ pub mod tests {
         all.write(&path).unwrap();
         assert_eq!(Results::read(&path).unwrap(), all);
         assert_eq!(all.by_set().iter().map(|set| set.records.len()).collect::<Vec<_>>(), [2, 1]);
+        assert_eq!(Results::joined(all.by_set()), Some(all));
         std::fs::write(&path, "{}").unwrap();
         assert!(format!("{:#}", Results::read(&path).unwrap_err()).contains("not a file of results"));
     }

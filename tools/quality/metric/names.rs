@@ -39,6 +39,9 @@ pub const MEASURES: [Measure; 15] = [
 /// Index of F1 at 1h in [`MEASURES`], the measure that decides.
 pub const DECISIVE: usize = 0;
 
+/// Index of the length ratio in [`MEASURES`].
+pub const LENGTH_RATIO: usize = 6;
+
 const fn quality(name: &'static str, of: fn(&Score) -> Option<f64>) -> Measure {
     Measure { name, of, digits: 3, needs_truth: true }
 }
@@ -62,5 +65,15 @@ impl Measure {
     /// A value as text; a dash if there is none.
     pub fn text(&self, value: Option<f64>) -> String {
         value.map_or("-".to_owned(), |value| format!("{value:.*}", self.digits))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_indices_are_those_of_the_names() {
+        assert_eq!((MEASURES[DECISIVE].name, MEASURES[LENGTH_RATIO].name), ("F1", "ratio"));
     }
 }
