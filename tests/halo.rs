@@ -318,20 +318,23 @@ fn a_patch_that_reaches_beyond_the_level_cubes_is_noticed() {
     let [whole, cut] =
         [Tiling::InCore, Tiling::Faces(300)].map(|tiling| plan(&source, &Params::default(), tiling));
     let whole = Whole::new(&source, &whole);
-
-    let wide = Scale { k: 40.0, ..cut.scale };
+    let wide = Scale { k: 200.0, ..cut.scale };
+    // Such patches hold most of the strip: a few of them do.
+    let few = |tile: &Tile| -> Vec<u32> {
+        tile.demand.owned.iter().copied().filter(|&v| tile.mesh.id(v).0.is_multiple_of(97)).collect()
+    };
     let fits = |tile: &Tile, steps: &Steps| {
         let Tile { mesh, faces, vertex_rounds: rounds, .. } = tile;
         let Steps { normals, votes, stops, .. } = steps;
         Fitter { mesh, faces, normals, known: &steps.known, scale: &wide, votes, stops, rounds }
-            .fits(&tile.demand.owned)
+            .fits(&few(tile))
     };
     let expected = fits(&whole.tile, &whole.steps);
     let tiles = || {
         for cell in &cut.cells {
             let tile = Tile::load(&source, &cut, &|_| (), cell);
             let found = fits(&tile, &Steps::compute(&tile, &cut));
-            for &v in &tile.demand.owned {
+            for v in few(&tile) {
                 let w = Whole::place(&whole.tile.mesh.vertex_ids, &tile.mesh.id(v));
                 if found.get(v) != expected.get(w) {
                     return Outcome::Different(format!("fit of {}", tile.mesh.id(v)));
