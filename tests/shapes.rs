@@ -102,9 +102,6 @@ const KNOWN: [Known; 28] = [
     Known { name: "sheet20", euler: 1, volume: None, corners: 0, angles: (20.0, 20.0), beside: 0.0 },
     Known { name: "sheet10", euler: 1, volume: None, corners: 0, angles: (10.0, 10.0), beside: 0.0 },
     Known { name: "sheet5", euler: 1, volume: None, corners: 0, angles: (5.0, 5.0), beside: 0.0 },
-    Known { name: "folds20", euler: 1, volume: None, corners: 0, angles: (20.0, 20.0), beside: 0.0 },
-    Known { name: "folds10", euler: 1, volume: None, corners: 0, angles: (10.0, 10.0), beside: 0.0 },
-    Known { name: "folds5", euler: 1, volume: None, corners: 0, angles: (5.0, 5.0), beside: 0.0 },
     Known {
         name: "torus",
         euler: 0,
@@ -113,6 +110,9 @@ const KNOWN: [Known; 28] = [
         angles: (90.0, 90.0),
         beside: 12.0,
     },
+    Known { name: "folds20", euler: 1, volume: None, corners: 0, angles: (20.0, 20.0), beside: 0.0 },
+    Known { name: "folds10", euler: 1, volume: None, corners: 0, angles: (10.0, 10.0), beside: 0.0 },
+    Known { name: "folds5", euler: 1, volume: None, corners: 0, angles: (5.0, 5.0), beside: 0.0 },
     Known {
         name: "stairs2",
         euler: 2,
