@@ -5,6 +5,7 @@ use crate::input::InputError;
 use crate::mesh::TileId;
 use crate::output::OutputError;
 use crate::partition::LoadError;
+use glam::DVec3;
 
 /// A run that did not succeed.
 #[derive(Debug, thiserror::Error)]
@@ -18,6 +19,33 @@ pub enum Error {
     /// A tile cannot be held.
     #[error(transparent)]
     Load(LoadError),
+    /// What one place depends on needs more memory than there is, so that smaller tiles would be of no use.
+    #[error(
+        "{faces} faces or more around ({x}, {y}, {z}) depend on each other; to work on them takes {mib} MiB or more, and tiles may \
+         use {allowed} MiB: allow more with --memory",
+        x = at.x, y = at.y, z = at.z, mib = bytes.div_ceil(1 << 20), allowed = memory >> 20
+    )]
+    NoRoom {
+        /// The corner of lowest coordinates of the place.
+        at: DVec3,
+        /// Faces that were counted before loading stopped.
+        faces: u64,
+        /// What so many need.
+        bytes: u64,
+        /// What tiles may use.
+        memory: u64,
+    },
+    /// What must be known of the whole mesh needs more memory than there is.
+    #[error(
+        "{needed} MiB of memory or more are needed to plan a mesh of this size, and {allowed} MiB are allowed: allow more with --memory",
+        needed = needed.div_ceil(1 << 20), allowed = memory >> 20
+    )]
+    NoMemory {
+        /// What is needed.
+        needed: u64,
+        /// What is allowed.
+        memory: u64,
+    },
     /// A result cannot be written.
     #[error(transparent)]
     Output(#[from] OutputError),

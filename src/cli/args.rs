@@ -3,8 +3,9 @@
 //! In: words. Out: [`Params`], [`Limits`] and paths whose values are possible ones on their own; whether they suit a mesh
 //! is found out when it has been scanned.
 
+use super::memory_limit::default_memory;
 use super::method::{MethodArgs, refusal};
-use crate::config::{DEFAULT_TILE_FACES, Limits, Params, Sigma, Tiling, method};
+use crate::config::{Limits, Params, Sigma, Tiling, method};
 use crate::input::IoMode;
 use crate::stitch::Geometry;
 use clap::{Args, Parser, Subcommand, ValueEnum};
@@ -214,12 +215,17 @@ pub(super) struct WorkArgs {
           value_parser = clap::value_parser!(u16).range(..=1024))]
     threads: u16,
 
-    /// Faces of a tile, the piece of the mesh that is worked on at a time: fewer need less memory, more need less time.
-    /// Default: 2000000.
+    /// Memory that may be allocated at a time: a number of bytes, or with a unit as in 512MiB, 2GiB, 2GB. Tiles are made to
+    /// fit. Default: three quarters of what the machine or the control group of the process has.
+    #[arg(long, value_name = "SIZE", help_heading = HOW, value_parser = memory)]
+    memory: Option<u64>,
+
+    /// Faces of a tile, the piece of the mesh that is worked on at a time. Default: as many as the memory allows, and no more
+    /// than 2000000.
     #[arg(long, value_name = "N", help_heading = HOW, value_parser = clap::value_parser!(u64).range(1..))]
     tile_faces: Option<u64>,
 
-    /// Work on the whole mesh at once: fastest if it fits into memory (about 350 bytes for each face).
+    /// Work on the whole mesh at once: fastest if it fits into memory (about 400 bytes for each face).
     #[arg(long, help_heading = HOW, conflicts_with = "tile_faces")]
     in_core: bool,
 
@@ -233,12 +239,14 @@ impl WorkArgs {
     /// The limits of the run. The number of threads is resolved here, so that the summary can name it.
     pub fn limits(&self) -> Limits {
         let processors = || std::thread::available_parallelism().map_or(1, usize::from);
-        let tiling = match self.in_core {
-            true => Tiling::InCore,
-            false => Tiling::Faces(self.tile_faces.unwrap_or(DEFAULT_TILE_FACES)),
+        let tiling = match (self.in_core, self.tile_faces) {
+            (true, _) => Tiling::InCore,
+            (false, Some(faces)) => Tiling::Faces(faces),
+            (false, None) => Tiling::Auto,
         };
+        let memory = self.memory.unwrap_or_else(default_memory);
         let threads = if self.threads == 0 { processors() } else { self.threads.into() };
-        Limits { threads, tiling, io: self.io.into() }
+        Limits { threads, tiling, io: self.io.into(), memory }
     }
 }
 
@@ -332,6 +340,14 @@ pub(super) fn share(text: &str) -> Result<f64, String> {
 fn length(text: &str) -> Result<f64, String> {
     let x = number(text)?;
     if x >= 0.0 && x.is_finite() { Ok(x) } else { Err("it must be 0 or more".to_owned()) }
+}
+
+/// Anything that leaves room for the code that would say that it is too little.
+const LEAST_MEMORY: u64 = 8 << 20;
+
+fn memory(text: &str) -> Result<u64, String> {
+    let size: bytesize::ByteSize = text.parse()?;
+    if size.as_u64() >= LEAST_MEMORY { Ok(size.as_u64()) } else { Err("it must be 8 MiB or more".to_owned()) }
 }
 
 fn angle(text: &str) -> Result<f64, String> {

@@ -79,7 +79,9 @@ impl Failure {
             Error::Output(error) => error.into(),
             Error::Param(error) => Failure::about(Exit::Usage, input, error),
             Error::Load(error) => Failure::about(Exit::Resource, input, error),
-            error @ Error::Threads(_) => Failure::about(Exit::Resource, input, error),
+            error @ (Error::Threads(_) | Error::NoRoom { .. } | Error::NoMemory { .. }) => {
+                Failure::about(Exit::Resource, input, error)
+            }
             error @ Error::Internal { .. } => Failure::about(Exit::Internal, input, error),
         }
     }

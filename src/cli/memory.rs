@@ -1,36 +1,77 @@
-//! What the process uses, as the system counts it.
+//! What the process uses.
 //!
-//! In: `/proc` of Linux. Out: peak memory and processor time; nothing at all on other systems.
+//! In: what the allocator has counted, and `/proc` of Linux. Out: peak memory and processor time; on other systems only
+//! what was allocated.
 
-use std::sync::Arc;
+use crate::pipeline::Stage;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-/// Keeps the largest amount of anonymous memory that was seen. What belongs to a mapped file is not counted: the system
-/// takes that back when somebody needs the memory, and it keeps no peak without it. So a thread looks, from time to time.
+/// What the allocator of the process has handed out, in bytes.
+#[derive(Clone, Copy, Debug)]
+pub struct Allocations {
+    /// Now.
+    pub now: fn() -> usize,
+    /// At the peak so far.
+    pub peak: fn() -> usize,
+}
+
+/// What one stage of a run used.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct StageUse {
+    /// Which stage.
+    pub stage: Stage,
+    /// Processor time of all threads.
+    pub cpu: Option<Duration>,
+    /// Bytes that came from the disk.
+    pub read: Option<u64>,
+    /// Bytes that were written.
+    pub written: Option<u64>,
+    /// The most that was seen allocated at a time.
+    pub allocated: u64,
+}
+
+/// Watches what is allocated, and how much anonymous memory the process has. What belongs to a mapped file is not counted:
+/// the system takes that back when somebody needs the memory. The system keeps no peak without it, and the allocator none
+/// for a stage of the run. So a thread looks, from time to time.
 pub(super) struct MemoryMeter {
     seen: Arc<Seen>,
     watcher: Option<JoinHandle<()>>,
 }
 
-#[derive(Default)]
 struct Seen {
-    largest: AtomicU64,
+    allocations: Allocations,
+    /// Largest anonymous memory.
+    anonymous: AtomicU64,
+    /// Most that was allocated in the stage that runs.
+    allocated: AtomicU64,
+    stages: Mutex<Vec<StageUse>>,
     over: AtomicBool,
 }
 
-/// A look costs some tens of microseconds; the arrays of a tile live longer than this.
-const INTERVAL: Duration = Duration::from_millis(20);
+/// Asking for what is allocated costs next to nothing, and some arrays of a tile do not live longer than this.
+const INTERVAL: Duration = Duration::from_millis(2);
+/// Asking the system costs some tens of microseconds: not each time.
+const ASK_SYSTEM: u32 = 10;
 
 impl MemoryMeter {
     /// Begins to watch.
-    pub fn start() -> MemoryMeter {
-        let seen = Arc::new(Seen::default());
+    pub fn start(allocations: Allocations) -> MemoryMeter {
+        let seen = Arc::new(Seen {
+            allocations,
+            anonymous: AtomicU64::new(0),
+            allocated: AtomicU64::new(0),
+            stages: Mutex::new(Vec::new()),
+            over: AtomicBool::new(false),
+        });
         let for_thread = Arc::clone(&seen);
         let watch = move || {
+            let mut looks = 0u32;
             while !for_thread.over.load(Ordering::Relaxed) {
-                for_thread.look();
+                for_thread.look(looks.is_multiple_of(ASK_SYSTEM));
+                looks = looks.wrapping_add(1);
                 std::thread::park_timeout(INTERVAL);
             }
         };
@@ -39,19 +80,68 @@ impl MemoryMeter {
         MemoryMeter { seen, watcher }
     }
 
-    /// The most that was seen, in bytes.
-    pub fn largest(&self) -> Option<u64> {
-        self.seen.look();
-        Some(self.seen.largest.load(Ordering::Relaxed)).filter(|&bytes| bytes > 0)
+    /// The most anonymous memory that was seen, in bytes.
+    pub fn anonymous(&self) -> Option<u64> {
+        self.seen.look(true);
+        Some(self.seen.anonymous.load(Ordering::Relaxed)).filter(|&bytes| bytes > 0)
+    }
+
+    /// The most that was ever allocated, in bytes; exact.
+    pub fn allocated(&self) -> u64 {
+        (self.seen.allocations.peak)() as u64
+    }
+
+    /// A stage begins.
+    pub fn enter(&self, stage: Stage) {
+        self.seen.allocated.store(0, Ordering::Relaxed);
+        self.seen.look(false);
+        // What was used up to now, for the difference at the end.
+        let [read, written] = io_counts();
+        let begun = StageUse { stage, cpu: cpu_time(), read, written, allocated: 0 };
+        self.seen.stages.lock().unwrap_or_else(PoisonError::into_inner).push(begun);
+    }
+
+    /// The stage is over.
+    pub fn leave(&self) {
+        self.seen.look(false);
+        let allocated = self.seen.allocated.load(Ordering::Relaxed);
+        let [read, written] = io_counts();
+        if let Some(last) = self.seen.stages.lock().unwrap_or_else(PoisonError::into_inner).last_mut() {
+            let since = |now: Option<u64>, before: Option<u64>| Some(now?.saturating_sub(before?));
+            *last = StageUse {
+                cpu: cpu_time().and_then(|now| Some(now.saturating_sub(last.cpu?))),
+                read: since(read, last.read),
+                written: since(written, last.written),
+                allocated,
+                ..*last
+            };
+        }
+    }
+
+    /// What each stage used that is over.
+    pub fn stages(&self) -> Vec<StageUse> {
+        self.seen.stages.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 }
 
 impl Seen {
-    fn look(&self) {
-        if let Some(bytes) = status_field("RssAnon") {
-            self.largest.fetch_max(bytes, Ordering::Relaxed);
+    fn look(&self, at_system: bool) {
+        self.allocated.fetch_max((self.allocations.now)() as u64, Ordering::Relaxed);
+        if at_system && let Some(bytes) = status_field("RssAnon") {
+            self.anonymous.fetch_max(bytes, Ordering::Relaxed);
         }
     }
+}
+
+/// Bytes that this process fetched from disks and handed over to be written.
+fn io_counts() -> [Option<u64>; 2] {
+    let counts = std::fs::read_to_string("/proc/self/io").unwrap_or_default();
+    ["read_bytes", "write_bytes"].map(|name| count_of(&counts, name))
+}
+
+/// A line `name: 123`.
+fn count_of(counts: &str, name: &str) -> Option<u64> {
+    counts.lines().find_map(|line| line.strip_prefix(name)?.strip_prefix(':'))?.trim().parse().ok()
 }
 
 impl Drop for MemoryMeter {
@@ -105,6 +195,13 @@ mod tests {
         assert_eq!(field_of(status, "VmHWM"), Some(5120 * 1024));
         assert_eq!(field_of(status, "RssAnon"), Some(12 * 1024));
         assert_eq!(field_of(status, "RssFile"), None);
+    }
+
+    #[test]
+    fn counts_are_found_by_their_whole_name() {
+        let counts = "rchar: 5\nread_bytes: 4096\nwrite_bytes: 0\ncancelled_write_bytes: 9\n";
+        assert_eq!(count_of(counts, "read_bytes"), Some(4096));
+        assert_eq!((count_of(counts, "write_bytes"), count_of(counts, "bytes")), (Some(0), None));
     }
 
     #[test]

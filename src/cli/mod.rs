@@ -14,6 +14,7 @@ mod commands;
 mod console;
 mod exit;
 mod memory;
+mod memory_limit;
 mod method;
 mod progress;
 mod records;
@@ -22,14 +23,16 @@ mod targets;
 mod text;
 
 pub use exit::Exit;
+pub use memory::Allocations;
 
 use args::{Cli, Command};
 use exit::Failure;
 use std::ffi::OsString;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-/// Parses `arguments`, of which the first is the name of the program, and does what they ask for.
-pub fn run(arguments: impl IntoIterator<Item = OsString>) -> Exit {
+/// Parses `arguments`, of which the first is the name of the program, and does what they ask for. `allocations` tells
+/// what the allocator has handed out meanwhile.
+pub fn run(arguments: impl IntoIterator<Item = OsString>, allocations: Allocations) -> Exit {
     console::report_panics_on_one_line();
     let cli = match Cli::parse_words(arguments) {
         Ok(cli) => cli,
@@ -37,8 +40,8 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> Exit {
     };
     // The hook has said by then what happened and where.
     let outcome = catch_unwind(AssertUnwindSafe(|| match &cli.command {
-        Command::Detect(args) => commands::detect(args),
-        Command::Info(args) => commands::info(args),
+        Command::Detect(args) => commands::detect(args, allocations),
+        Command::Info(args) => commands::info(args, allocations),
         Command::Diff(args) => commands::diff(args),
     }))
     .unwrap_or(Err(Failure::new(Exit::Internal, "stopped by a bug")));

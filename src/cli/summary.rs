@@ -2,10 +2,11 @@
 //!
 //! In: what was found and how. Out: text in three parts: what was found, how the work went, what was written.
 
+use super::memory::StageUse;
 use super::text::{
     bytes, counted, decimals_for, entry, grouped, measure, percent, span, table, with_decimals,
 };
-use crate::config::{Method, PaperThresholds, Params, method};
+use crate::config::{Method, NO_LIMIT, PaperThresholds, Params, method};
 use crate::pipeline::Detection;
 use crate::stitch::{Class, Line};
 use std::fmt;
@@ -26,6 +27,12 @@ pub(super) struct Outcome<'a> {
     pub peak: Option<u64>,
     /// The same without mapped files.
     pub anonymous: Option<u64>,
+    /// Most that was allocated at a time, in bytes.
+    pub allocated: u64,
+    /// What may be allocated.
+    pub memory: u64,
+    /// What each stage used.
+    pub stages: Vec<StageUse>,
     pub written: Vec<Written<'a>>,
 }
 
@@ -168,13 +175,37 @@ impl Outcome<'_> {
         let tiles = counted(work.tiles, "tile", "tiles");
         f.write_str(&entry("tiles", &format!("{tiles}, halo overhead {halo:.1} %{regrown}")))?;
         f.write_str(&entry("threads", &format!("{}, io {}", grouped(self.threads as u64), self.io)))?;
-        let stages: Vec<String> =
-            work.stages.iter().map(|(stage, wall)| format!("{} {}", stage.name(), span(*wall))).collect();
-        f.write_str(&entry("wall time", &format!("{} ({})", span(self.wall), stages.join(", "))))?;
+        f.write_str(&entry("wall time", &span(self.wall)))?;
         f.write_str(&entry("CPU time", &self.cpu.map_or_else(not_available, span)))?;
+        let allowed = match self.memory {
+            NO_LIMIT => String::new(),
+            memory => format!(" of {}", bytes(memory)),
+        };
         let peak = self.peak.map_or_else(not_available, bytes);
-        let own = self.anonymous.map_or(String::new(), |n| format!("; without mapped files {}", bytes(n)));
-        f.write_str(&entry("peak memory", &format!("{peak}{own}")))
+        let own = self.anonymous.map_or(String::new(), |n| format!(", {} without mapped files", bytes(n)));
+        let allocated = bytes(self.allocated);
+        f.write_str(&entry("peak memory", &format!("{allocated}{allowed} allocated; resident {peak}{own}")))?;
+        self.stages(f)
+    }
+
+    fn stages(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let head = ["stage", "wall", "CPU", "from disk", "written", "allocated"].map(str::to_owned);
+        let mut rows = vec![head.to_vec()];
+        for (stage, wall) in &self.found.work.stages {
+            let used = self.stages.iter().find(|used| used.stage == *stage);
+            let amount =
+                |of: fn(&StageUse) -> Option<u64>| used.and_then(of).map_or_else(not_available, bytes);
+            rows.push(vec![
+                stage.name().to_owned(),
+                span(*wall),
+                used.and_then(|used| used.cpu).map_or_else(not_available, span),
+                amount(|used| used.read),
+                amount(|used| used.written),
+                amount(|used| Some(used.allocated)),
+            ]);
+        }
+        f.write_str("\n")?;
+        f.write_str(&table(2, &rows))
     }
 
     fn files(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -257,6 +288,15 @@ mod tests {
             cpu: None,
             peak: None,
             anonymous: None,
+            allocated: 30_000_000,
+            memory: 1_000_000_000,
+            stages: vec![StageUse {
+                stage: Stage::Scan,
+                cpu: Some(Duration::from_secs(3)),
+                read: Some(4096),
+                written: None,
+                allocated: 20_000_000,
+            }],
             written: vec![Written { path: "scan.creases.ply".as_ref(), bytes: Some(2500) }],
         }
         .to_string()
@@ -295,9 +335,12 @@ defects seen
 how it was done
   tiles             4 tiles, halo overhead 25.0 %, 1 region regrown
   threads           2, io auto
-  wall time         2.00 s (scan 1.00 s)
+  wall time         2.00 s
   CPU time          not available
-  peak memory       not available
+  peak memory       30.0 MB of 1.0 GB allocated; resident not available
+
+  stage    wall     CPU  from disk        written  allocated
+  scan   1.00 s  3.00 s     4.1 kB  not available    20.0 MB
 
 written
   scan.creases.ply  2.5 kB

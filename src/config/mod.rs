@@ -150,9 +150,11 @@ impl Params {
 /// How the mesh is cut into tiles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Tiling {
+    /// As the memory allows, and no larger than [`DEFAULT_TILE_FACES`].
+    Auto,
     /// One tile as large as the world.
     InCore,
-    /// Tiles of about so many faces, halo not counted.
+    /// Tiles of about so many faces, halo not counted; less where the memory does not allow so many.
     Faces(u64),
 }
 
@@ -165,18 +167,24 @@ pub struct Limits {
     pub tiling: Tiling,
     /// How the input is read.
     pub io: IoMode,
+    /// Bytes that may be allocated at a time, at the peak. Mapped files are not counted: the system takes their memory
+    /// back when somebody needs it.
+    pub memory: u64,
 }
 
 impl Default for Limits {
     fn default() -> Self {
-        Limits { threads: 0, tiling: Tiling::Faces(DEFAULT_TILE_FACES), io: IoMode::Auto }
+        Limits { threads: 0, tiling: Tiling::Auto, io: IoMode::Auto, memory: NO_LIMIT }
     }
 }
 
-/// Faces of a tile when nothing is said. A tile costs about 350 bytes a face while it is worked on, halo included, and up
-/// to four are in flight: some 3 GB. Smaller tiles spend more on their halos: an ordinary scan needs about 60 edges on
-/// every side, a quarter more faces at this size and as many again at a tenth of it.
+/// Faces of a tile where memory allows any number. Smaller tiles spend more on their halos: an ordinary scan needs about
+/// 60 edges on every side, a quarter more faces at this size and as many again at a tenth of it. Larger ones leave less
+/// to do side by side.
 pub const DEFAULT_TILE_FACES: u64 = 2_000_000;
+
+/// [`Limits::memory`] where nobody counts.
+pub const NO_LIMIT: u64 = u64::MAX;
 
 #[cfg(test)]
 mod tests {

@@ -24,6 +24,31 @@ impl Cell {
         Cell { min: DVec3::NEG_INFINITY, max: DVec3::INFINITY, faces }
     }
 
+    /// Whether it is all of space, so that nothing lies outside.
+    pub fn is_everything(&self) -> bool {
+        self.min == DVec3::NEG_INFINITY && self.max == DVec3::INFINITY
+    }
+
+    /// What lies below `at` on `axis`, and what does not.
+    fn cut(&self, axis: usize, at: f64) -> [Cell; 2] {
+        let (mut max, mut min) = (self.max, self.min);
+        max[axis] = at;
+        min[axis] = at;
+        [Cell { max, ..*self }, Cell { min, ..*self }]
+    }
+
+    /// Cuts the part of the cell within `min..max` in the middle of its longest side. `None` if that side is no longer than
+    /// `least`, or too short to have a middle.
+    pub fn halves(&self, min: DVec3, max: DVec3, least: f64) -> Option<[Cell; 2]> {
+        let (lo, hi) = (self.min.max(min), self.max.min(max));
+        let extent = hi - lo;
+        let axis = longest(extent);
+        let at = lo[axis] + 0.5 * extent[axis];
+        let faces = self.faces.div_ceil(2);
+        (extent[axis] > least && lo[axis] < at && at < hi[axis])
+            .then(|| self.cut(axis, at).map(|half| Cell { faces, ..half }))
+    }
+
     /// Whether the cell owns a vertex at `p`.
     #[inline]
     pub fn owns(&self, p: DVec3) -> bool {
@@ -31,26 +56,29 @@ impl Cell {
     }
 }
 
-/// Cuts space until each cell holds about `target` faces or its sample is a single point. Each sample stands for
-/// `stride` faces; the cells come in the order of the splits, which keeps neighbours near each other.
-pub fn cut(mut sample: Vec<DVec3>, stride: u64, target: u64) -> Vec<Cell> {
+/// Cuts space until each cell is small enough or its sample is a single point. Each sample stands for `stride` faces; the
+/// cells come in the order of the splits, which keeps neighbours near each other. The sample is put into another order.
+pub fn cut(sample: &mut [DVec3], stride: u64, enough: &dyn Fn(&Cell) -> bool) -> Vec<Cell> {
     let mut cells = Vec::new();
-    split(&mut sample, stride, target.max(1), Cell::everything(0), &mut cells);
+    split(sample, stride, enough, Cell::everything(0), &mut cells);
     cells
 }
 
-fn split(sample: &mut [DVec3], stride: u64, target: u64, cell: Cell, cells: &mut Vec<Cell>) {
-    let faces = sample.len() as u64 * stride;
-    match (faces > target).then(|| cut_at(sample)).flatten() {
-        None => cells.push(Cell { faces, ..cell }),
+fn split(
+    sample: &mut [DVec3],
+    stride: u64,
+    enough: &dyn Fn(&Cell) -> bool,
+    cell: Cell,
+    cells: &mut Vec<Cell>,
+) {
+    let cell = Cell { faces: sample.len() as u64 * stride, ..cell };
+    match (!enough(&cell)).then(|| cut_at(sample)).flatten() {
+        None => cells.push(cell),
         Some((axis, at, lower)) => {
             let (left, right) = sample.split_at_mut(lower);
-            let mut max = cell.max;
-            max[axis] = at;
-            split(left, stride, target, Cell { max, ..cell }, cells);
-            let mut min = cell.min;
-            min[axis] = at;
-            split(right, stride, target, Cell { min, ..cell }, cells);
+            let [below, above] = cell.cut(axis, at);
+            split(left, stride, enough, below, cells);
+            split(right, stride, enough, above, cells);
         }
     }
 }
@@ -61,7 +89,7 @@ fn cut_at(sample: &mut [DVec3]) -> Option<(usize, f64, usize)> {
     let lo = sample.iter().fold(DVec3::INFINITY, |m, p| m.min(*p));
     let hi = sample.iter().fold(DVec3::NEG_INFINITY, |m, p| m.max(*p));
     let extent = hi - lo;
-    let axis = (0..3).fold(0, |best, i| if extent[i] > extent[best] { i } else { best });
+    let axis = longest(extent);
     sample.sort_by(|a, b| a[axis].total_cmp(&b[axis]));
     // The coordinate itself goes right. If the lower half is one value, cut behind that value instead.
     let middle = sample[sample.len() / 2][axis];
@@ -74,16 +102,38 @@ fn cut_at(sample: &mut [DVec3]) -> Option<(usize, f64, usize)> {
     Some((axis, at, lower))
 }
 
+fn longest(extent: DVec3) -> usize {
+    (0..3).fold(0, |best, i| if extent[i] > extent[best] { i } else { best })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn cut_to(mut sample: Vec<DVec3>, stride: u64, target: u64) -> Vec<Cell> {
+        cut(&mut sample, stride, &|cell| cell.faces <= target)
+    }
+
+    #[test]
+    fn halves_own_what_the_cell_does() {
+        let cell = Cell::everything(9);
+        let (min, max) = (DVec3::ZERO, DVec3::new(1.0, 4.0, 2.0));
+        let halves = cell.halves(min, max, 1.0).expect("long enough");
+        assert_eq!((halves[0].max.y, halves[1].min.y, halves[0].faces), (2.0, 2.0, 5));
+        for p in [DVec3::ZERO, DVec3::splat(2.0), DVec3::splat(-1e9), DVec3::splat(1e9)] {
+            assert_eq!(halves.iter().filter(|c| c.owns(p)).count(), 1);
+        }
+        assert!(cell.halves(min, max, 4.0).is_none());
+        assert!(cell.halves(min, min, 0.0).is_none());
+        assert!(cell.halves(DVec3::ONE, DVec3::ONE * (1.0 + f64::EPSILON), 0.0).is_none());
+    }
 
     #[test]
     fn every_point_has_one_owner() {
         let sample: Vec<DVec3> = (0..1000u32)
             .map(|i| DVec3::new((i * 37 % 101) as f64, (i * 53 % 97) as f64, (i % 3) as f64))
             .collect();
-        let cells = cut(sample.clone(), 2, 50);
+        let cells = cut_to(sample.clone(), 2, 50);
         assert!(cells.len() >= 40, "{}", cells.len());
         assert_eq!(cells.iter().map(|c| c.faces).sum::<u64>(), 2000);
         assert!(cells.iter().all(|c| c.faces <= 50));
@@ -95,8 +145,8 @@ mod tests {
     #[test]
     fn a_pile_of_equal_points_is_one_cell() {
         let mut sample = vec![DVec3::ONE; 100];
-        assert_eq!(cut(sample.clone(), 1, 10).len(), 1);
+        assert_eq!(cut_to(sample.clone(), 1, 10).len(), 1);
         sample.push(DVec3::ZERO);
-        assert_eq!(cut(sample, 1, 10).len(), 2);
+        assert_eq!(cut_to(sample, 1, 10).len(), 2);
     }
 }

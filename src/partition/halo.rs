@@ -261,10 +261,10 @@ impl Demand {
 }
 
 /// What the owned vertices depend on, or the gaps that were found on the way.
-pub fn vertex_demand(tile: &Loaded, plan: &Plan, cell: &Cell, reach: &Reach) -> (Demand, HashSet<Gap>) {
+pub fn vertex_demand(tile: &Loaded, cell: &Cell, reach: &Reach) -> (Demand, HashSet<Gap>) {
     let mesh = tile.mesh;
     let mut gaps = HashSet::new();
-    if plan.is_in_core() {
+    if tile.region.is_everything() {
         return (Demand::everything(mesh.vertex_count(), reach), gaps);
     }
     let owned: Vec<u32> = (0..mesh.vertex_count() as u32).filter(|&v| cell.owns(mesh.position(v))).collect();
@@ -389,7 +389,7 @@ pub fn round_demand(
     reach: &Reach,
 ) -> (Vec<u32>, HashSet<Gap>) {
     let mesh = tile.mesh;
-    if plan.is_in_core() {
+    if tile.region.is_everything() {
         return (rounds.iter().map(|k| k.unwrap_or(0)).collect(), HashSet::new());
     }
     // More rounds than a face takes part in there are not, however wide the halo.

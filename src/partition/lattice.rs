@@ -67,6 +67,15 @@ impl CubeBox {
         (0..3).all(|i| self.min[i] <= other.max[i] && other.min[i] <= self.max[i])
     }
 
+    /// Which share of its cubes lies in `other`.
+    pub fn share_in(&self, other: &CubeBox) -> f64 {
+        let side = |min: i64, max: i64| (max - min + 1).max(0) as f64;
+        (0..3).fold(1.0, |share, i| {
+            let common = side(self.min[i].max(other.min[i]), self.max[i].min(other.max[i]));
+            share * common / side(self.min[i], self.max[i]).max(1.0)
+        })
+    }
+
     /// Number of cubes, saturating.
     pub fn count(&self) -> u64 {
         (0..3).fold(1u64, |n, i| n.saturating_mul((self.max[i] - self.min[i] + 1).max(0) as u64))
@@ -108,6 +117,8 @@ mod tests {
         assert_eq!((b.count(), b.cubes().count()), (6, 6));
         assert!(b.meets(&b.grown(1)) && b.grown(1).encloses(&b) && !b.encloses(&b.grown(1)));
         assert_eq!(CubeBox::around([4, 4, 4]).count(), 27);
+        assert_eq!(b.share_in(&CubeBox { min: [1, 1, -5], max: [9, 9, 5] }), 0.5 * 2.0 / 3.0);
+        assert_eq!((b.share_in(&b.grown(7)), b.share_in(&CubeBox { min: [2; 3], max: [3; 3] })), (1.0, 0.0));
         assert!(CubeBox::EVERYTHING.grown(5).contains([1 << 40; 3]));
     }
 }

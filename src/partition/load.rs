@@ -9,6 +9,7 @@ use super::region::Region;
 use crate::input::{FaceBlock, InputError, MeshSource};
 use crate::mesh::{FaceId, TileMesh, VertexId};
 use rayon::prelude::*;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// A tile cannot be loaded.
 #[derive(Debug, thiserror::Error)]
@@ -16,20 +17,22 @@ pub enum LoadError {
     /// The source failed.
     #[error(transparent)]
     Input(#[from] InputError),
-    /// Local indices are 32 bits.
-    #[error(
-        "a tile would hold {faces} faces, more than the {MOST_FACES} that fit its 32-bit indices: use smaller tiles"
-    )]
+    /// The region holds more faces than it may.
+    #[error("a tile would hold {faces} faces or more, of at most {most}")]
     TooManyFaces {
-        /// Faces in the region.
+        /// Faces in the part of the region that was looked at.
         faces: u64,
+        /// Faces there may be.
+        most: u64,
     },
 }
 
-/// A one-ring entry for each corner and each of its two edges, in a soup without shared edges: these are counted in 32 bits.
-const MOST_FACES: u64 = (u32::MAX / 6) as u64;
+/// Faces that local indices can count. A soup without shared edges has a one-ring entry for each corner and each of its two
+/// edges, and these are counted in 32 bits.
+pub const MOST_FACES: u64 = (u32::MAX / 6) as u64;
 
 /// Faces of one block that meet the region.
+#[derive(Default)]
 struct Chosen {
     faces: Vec<FaceId>,
     corners: Vec<[VertexId; 3]>,
@@ -38,15 +41,22 @@ struct Chosen {
 /// Loads all faces that meet `region`, using the current thread pool.
 ///
 /// # Errors
-/// If the source fails, or the region holds more faces than a tile can address.
-pub fn load(source: &dyn MeshSource, plan: &Plan, region: &Region) -> Result<TileMesh, LoadError> {
+/// If the source fails, or the region holds more than `most` faces; nobody went on reading then.
+pub fn load(source: &dyn MeshSource, plan: &Plan, region: &Region, most: u64) -> Result<TileMesh, LoadError> {
     let blocks = plan.blocks_in(region);
-    let chosen: Vec<Result<Chosen, InputError>> =
-        blocks.par_iter().map(|&block| choose(source, plan, region, block)).collect();
+    let most = most.min(MOST_FACES);
+    let count = AtomicU64::new(0);
+    let choose_within = |&block: &usize| -> Result<Chosen, LoadError> {
+        let before = count.load(Ordering::Relaxed);
+        let chosen = if before > most { Chosen::default() } else { choose(source, plan, region, block)? };
+        count.fetch_add(chosen.faces.len() as u64, Ordering::Relaxed);
+        Ok(chosen)
+    };
+    let chosen: Vec<Result<Chosen, LoadError>> = blocks.par_iter().map(choose_within).collect();
     let chosen: Vec<Chosen> = chosen.into_iter().collect::<Result<_, _>>()?;
-    let count: u64 = chosen.iter().map(|c| c.faces.len() as u64).sum();
-    if count > MOST_FACES {
-        return Err(LoadError::TooManyFaces { faces: count });
+    let faces = count.into_inner();
+    if faces > most {
+        return Err(LoadError::TooManyFaces { faces, most });
     }
     let vertex_ids = used_vertices(&chosen, source.vertex_count());
     let rank = Rank::new(&vertex_ids);
@@ -69,7 +79,7 @@ fn choose(source: &dyn MeshSource, plan: &Plan, region: &Region, block: usize) -
     if !inside {
         source.corner_positions(&faces.corners, &mut positions)?;
     }
-    let mut chosen = Chosen { faces: Vec::new(), corners: Vec::new() };
+    let mut chosen = Chosen::default();
     for (i, ids) in faces.corners.iter().enumerate() {
         let distinct = ids[0] != ids[1] && ids[1] != ids[2] && ids[2] != ids[0];
         let meets = inside || {

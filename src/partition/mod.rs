@@ -16,7 +16,7 @@ mod scan;
 pub use cells::Cell;
 pub use halo::{Demand, Loaded, Reach, Rings, merge, noise_demand, round_demand, vertex_demand};
 pub use lattice::{Cube, CubeBox, Lattice};
-pub use load::{LoadError, load};
+pub use load::{LoadError, MOST_FACES, load};
 pub use paper::{PaperReach, Pass, half_cube, paper_demand};
 pub use plan::{Plan, Scale};
 pub use region::{Gap, Region};

@@ -128,7 +128,7 @@ pub fn paper_demand(
 ) -> (Demand, HashSet<Gap>) {
     let mesh = tile.mesh;
     let mut gaps = HashSet::new();
-    if plan.is_in_core() {
+    if tile.region.is_everything() {
         return (Demand::everything(mesh.vertex_count(), &super::Reach::new(&plan.scale, 0)), gaps);
     }
     let owned: Vec<u32> = (0..mesh.vertex_count() as u32).filter(|&v| cell.owns(mesh.position(v))).collect();

@@ -6,8 +6,8 @@
 use super::cells::{Cell, cut};
 use super::lattice::{CubeBox, Lattice};
 use super::region::Region;
-use super::scan::Scan;
-use crate::config::{ParamError, Params, Tiling, method};
+use super::scan::{Bounds, Scan};
+use crate::config::{ParamError, Params, method};
 use rstar::primitives::{GeomWithData, Rectangle};
 use rstar::{AABB, RTree};
 
@@ -46,6 +46,8 @@ pub struct Plan {
     pub scale: Scale,
     /// Cubes of levels and regions.
     pub lattice: Lattice,
+    /// Bounds of the mesh.
+    pub bounds: Bounds,
     /// Homes of the tiles, in tile order.
     pub cells: Vec<Cell>,
     /// Range of cubes of each block, by block index; `None` for a block without faces.
@@ -56,19 +58,15 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// Makes the plan. The sample of the scan is used up.
+    /// A plan of one cell.
     ///
     /// # Errors
     /// If a parameter is outside its range for this mesh.
-    pub fn new(scan: &mut Scan, params: &Params, tiling: Tiling) -> Result<Plan, ParamError> {
+    pub fn new(scan: &Scan, params: &Params) -> Result<Plan, ParamError> {
         let h = scan.median_side;
         let scale = Scale { h, k: params.scale(h)? };
         let origin = if scan.bounds.is_empty() { glam::DVec3::ZERO } else { scan.bounds.min };
         let lattice = Lattice { origin, edge: scale.length(method::LEVEL_CUBE) };
-        let cells = match tiling {
-            Tiling::InCore => vec![Cell::everything(scan.faces)],
-            Tiling::Faces(target) => cut(std::mem::take(&mut scan.sample), scan.sample_stride, target),
-        };
         let block_ranges: Vec<Option<CubeBox>> = scan
             .blocks
             .iter()
@@ -84,21 +82,42 @@ impl Plan {
         });
         let directory = RTree::bulk_load(entries.collect());
         let block_faces = scan.blocks.iter().map(|b| b.faces).collect();
-        Ok(Plan { scale, lattice, cells, block_ranges, block_faces, directory })
+        let (bounds, cells) = (scan.bounds, vec![Cell::everything(scan.faces)]);
+        Ok(Plan { scale, lattice, bounds, cells, block_ranges, block_faces, directory })
     }
 
-    /// Whether one tile holds the whole mesh, so that nothing lies outside any region.
-    pub fn is_in_core(&self) -> bool {
-        self.cells.len() == 1
+    /// What it takes in memory, but for the cells.
+    pub fn bytes(&self) -> u64 {
+        // Inner nodes of the tree are at least half full.
+        let block = size_of::<Option<CubeBox>>() + size_of::<u32>() + 2 * size_of::<DirectoryEntry>();
+        (self.block_faces.len() * block) as u64
+    }
+
+    /// Cuts space anew, until each cell is `enough` or its share of the sample is a single point.
+    pub fn cut(&mut self, scan: &mut Scan, enough: &dyn Fn(&Plan, &Cell) -> bool) {
+        self.cells = cut(&mut scan.sample, scan.sample_stride, &|cell| enough(self, cell));
     }
 
     /// The region to load first for `cell`: the cell and so many cubes more on every side.
     pub fn first_region(&self, cell: &Cell, margin: i64) -> Region {
-        if self.is_in_core() {
+        if cell.is_everything() {
             return Region::new(CubeBox::EVERYTHING);
         }
         let core = CubeBox { min: self.lattice.cube_of(cell.min), max: self.lattice.cube_of(cell.max) };
         Region::new(core.grown(margin))
+    }
+
+    /// About how many faces meet `range`: those of a block are taken to be spread evenly over its cubes.
+    pub fn faces_near(&self, range: &CubeBox) -> u64 {
+        let envelope = AABB::from_corners(as_f64(range.min), as_f64(range.max));
+        let met = self.directory.locate_in_envelope_intersecting(envelope);
+        // The tree gives the blocks in any order, and sums of whole numbers do not mind.
+        met.map(|entry| entry.data)
+            .map(|block| {
+                let share = self.block_ranges[block].map_or(0.0, |blocks| blocks.share_in(range));
+                (share * f64::from(self.block_faces[block])).ceil() as u64
+            })
+            .sum()
     }
 
     /// Indices of the blocks that may have a face in `region`, ascending: the tree promises no order.

@@ -37,6 +37,11 @@ impl Region {
         Region { main, boxes: Vec::new(), extra: HashSet::new() }
     }
 
+    /// Whether it is all there is, so that nothing lies outside.
+    pub fn is_everything(&self) -> bool {
+        self.main == CubeBox::EVERYTHING
+    }
+
     /// Whether `cube` was loaded.
     #[inline]
     pub fn contains(&self, cube: Cube) -> bool {

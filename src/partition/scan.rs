@@ -79,26 +79,47 @@ pub struct Scan {
     pub sample_stride: u64,
 }
 
-/// Samples kept for cutting space: 24 MB at the most, and a few hundred for each tile of any sensible size.
+impl Scan {
+    /// What it takes in memory, but for the sample, which is used up by planning.
+    pub fn bytes(&self) -> u64 {
+        (self.blocks.len() * size_of::<BlockSummary>()) as u64
+    }
+}
+
+/// Samples kept for cutting space: 24 MB at the most, and a few hundred for each tile of any sensible size. Where memory is
+/// short, they may take this share of it.
 const MOST_SAMPLES: u64 = 1 << 20;
+const SAMPLE_SHARE: u64 = 32;
+/// Share of the memory for marks of vertices that faces use. Where it is not enough for all vertices, the faces are read
+/// once for each part of them.
+const MARK_SHARE: u64 = 4;
+/// Share of the memory for the histograms of all threads.
+const HISTOGRAM_SHARE: u64 = 8;
 /// Positions checked by one task.
 const VERTEX_CHUNK: u64 = 1 << 16;
 /// Products of four coordinates must stay finite; nothing that is measured in any unit comes near.
 const LARGEST_COORDINATE: f64 = 1e75;
 
-/// Scans `source`, using the current thread pool.
+/// Scans `source` within `memory` bytes, using the current thread pool.
 ///
 /// # Errors
 /// If the file cannot be read, names vertices that do not exist, or holds coordinates that are not finite. The first
 /// offender in file order is reported.
-pub fn scan(source: &dyn MeshSource, progress: &(dyn Fn(u64) + Sync)) -> Result<Scan, InputError> {
+pub fn scan(
+    source: &dyn MeshSource,
+    memory: u64,
+    progress: &(dyn Fn(u64) + Sync),
+) -> Result<Scan, InputError> {
     check_positions(source)?;
     let faces = source.face_count();
-    let stride = faces.div_ceil(MOST_SAMPLES).max(1);
-    let referenced = Referenced::new(source.vertex_count());
+    let most_samples = (memory / SAMPLE_SHARE / size_of::<DVec3>() as u64).clamp(1, MOST_SAMPLES);
+    let stride = faces.div_ceil(most_samples).max(1);
+    let referenced = Referenced::new(0, source.vertex_count().min(8 * (memory / MARK_SHARE).max(8)));
     let blocks: Vec<usize> = (0..source.block_count()).collect();
     // A histogram is a megabyte: one for each of a few long runs of blocks, not one for each block.
-    let run = blocks.len().div_ceil(4 * rayon::current_num_threads()).max(1);
+    let histograms = (memory / HISTOGRAM_SHARE / SideHistogram::BYTES).max(1);
+    let runs = (4 * rayon::current_num_threads()).min(histograms.try_into().unwrap_or(usize::MAX));
+    let run = blocks.len().div_ceil(runs).max(1);
     let parts: Vec<Result<Part, InputError>> =
         blocks.par_chunks(run).map(|run| scan_run(source, run, stride, &referenced, progress)).collect();
     let mut total = Part::new();
@@ -113,7 +134,7 @@ pub fn scan(source: &dyn MeshSource, progress: &(dyn Fn(u64) + Sync)) -> Result<
         mean_side: total.sides.mean(),
         side_range: (total.sides.quantile(|_| 0), total.sides.quantile(|n| n - 1)),
         repeated_corner: total.repeated_corner,
-        unreferenced: source.vertex_count() - referenced.count(),
+        unreferenced: unreferenced(source, referenced)?,
         blocks: total.blocks,
         sample: total.sample,
         sample_stride: stride,
@@ -206,6 +227,33 @@ fn scan_run(
     Ok(part)
 }
 
+/// How many vertices no face uses. `first` has the marks of the vertices from 0 on; where these are not all, the faces are
+/// read again for as many more at a time.
+fn unreferenced(source: &dyn MeshSource, mut marks: Referenced) -> Result<u64, InputError> {
+    let n = source.vertex_count();
+    let mut unused = marks.unused();
+    while marks.end() < n {
+        let (from, to) = (marks.end(), (marks.end() + marks.count).min(n));
+        drop(marks);
+        marks = Referenced::new(from, to - from);
+        let blocks: Vec<usize> = (0..source.block_count()).collect();
+        let read: Vec<Result<(), InputError>> = blocks
+            .par_chunks(64)
+            .map(|run| {
+                let mut block = FaceBlock::default();
+                run.iter().try_for_each(|&index| {
+                    source.read_block(index, &mut block)?;
+                    block.corners.iter().flatten().for_each(|&id| marks.mark(id));
+                    Ok(())
+                })
+            })
+            .collect();
+        read.into_iter().collect::<Result<(), _>>()?;
+        unused += marks.unused();
+    }
+    Ok(unused)
+}
+
 /// Histogram of squared lengths by the upper bits of the f64: 64 bins an octave. Integers, so that the median does not
 /// depend on the order of the faces.
 struct SideHistogram {
@@ -216,6 +264,9 @@ struct SideHistogram {
 const BIN_SHIFT: u32 = 46;
 
 impl SideHistogram {
+    /// What one takes.
+    const BYTES: u64 = 8 << (63 - BIN_SHIFT);
+
     fn new() -> SideHistogram {
         SideHistogram { bins: vec![0; 1 << (63 - BIN_SHIFT)] }
     }
@@ -263,23 +314,38 @@ fn length_of(bin: usize) -> f64 {
     f64::from_bits((bin as u64) << BIN_SHIFT).sqrt()
 }
 
-/// One bit a vertex.
-struct Referenced(Vec<AtomicU64>);
+/// One bit for each vertex of a range of ids.
+struct Referenced {
+    first: u64,
+    count: u64,
+    words: Vec<AtomicU64>,
+}
 
 impl Referenced {
-    fn new(vertices: u64) -> Referenced {
-        Referenced((0..vertices.div_ceil(64)).map(|_| AtomicU64::new(0)).collect())
+    fn new(first: u64, count: u64) -> Referenced {
+        let words = (0..count.div_ceil(64)).map(|_| AtomicU64::new(0)).collect();
+        Referenced { first, count, words }
+    }
+
+    /// The first vertex behind the range.
+    fn end(&self) -> u64 {
+        self.first + self.count
     }
 
     fn mark(&self, id: VertexId) {
-        let (word, bit) = (&self.0[(id.0 / 64) as usize], 1 << (id.0 % 64));
+        let place = id.0.wrapping_sub(self.first);
+        if place >= self.count {
+            return;
+        }
+        let (word, bit) = (&self.words[(place / 64) as usize], 1 << (place % 64));
         // Most corners were seen before: a read does not take the cache line away from the other threads.
         if word.load(Ordering::Relaxed) & bit == 0 {
             word.fetch_or(bit, Ordering::Relaxed);
         }
     }
 
-    fn count(&self) -> u64 {
-        self.0.iter().map(|word| u64::from(word.load(Ordering::Relaxed).count_ones())).sum()
+    fn unused(&self) -> u64 {
+        let marks = self.words.iter().map(|word| u64::from(word.load(Ordering::Relaxed).count_ones()));
+        self.count - marks.sum::<u64>()
     }
 }

@@ -5,7 +5,7 @@
 //! does not depend on the guesses on the way, because only what is depended on is used.
 
 use crate::input::MeshSource;
-use crate::mesh::{TileId, TileMesh};
+use crate::mesh::TileMesh;
 use crate::partition::{
     Cell, Demand, Gap, LoadError, Loaded, PaperReach, Pass, Plan, Reach, Region, load, merge, noise_demand,
     paper_demand, round_demand, vertex_demand,
@@ -15,8 +15,6 @@ use glam::DVec3;
 
 /// A tile with all that its vertices depend on.
 pub struct Certified {
-    /// Which tile.
-    pub id: TileId,
     /// What was loaded.
     pub mesh: TileMesh,
     /// The region it was loaded for.
@@ -58,26 +56,26 @@ impl Halo {
     }
 }
 
-/// Loads tile `id` with everything its vertices depend on. The first attempt loads its cell and `margin` cubes around it;
-/// that decides how often it is loaded, and nothing else.
+/// Loads a tile with everything the vertices of `cell` depend on. The first attempt loads the cell and `margin` cubes
+/// around it; that decides how often it is loaded, and nothing else.
 ///
 /// # Errors
-/// If the source fails or the region becomes larger than a tile can be.
+/// If the source fails or the region comes to hold more than `most` faces.
 pub fn certify(
     source: &dyn MeshSource,
     plan: &Plan,
     halo: &Halo,
-    id: TileId,
+    cell: &Cell,
     margin: i64,
+    most: u64,
 ) -> Result<Certified, LoadError> {
-    let cell = plan.cells[id.0 as usize];
-    let mut region = plan.first_region(&cell, margin);
+    let mut region = plan.first_region(cell, margin);
     let (mut regrown, mut generosity) = (0, 1u32);
     loop {
-        let mesh = load(source, plan, &region)?;
+        let mesh = load(source, plan, &region, most)?;
         let attempt = match halo {
-            Halo::Robust(factor) => attempt(plan, *factor, id, mesh, &region),
-            Halo::Paper(reach, pass) => paper_attempt(plan, reach, *pass, id, mesh, &region),
+            Halo::Robust(factor) => attempt(plan, *factor, cell, mesh, &region),
+            Halo::Paper(reach, pass) => paper_attempt(plan, reach, *pass, cell, mesh, &region),
         };
         match attempt {
             Ok(mut tile) => {
@@ -85,7 +83,7 @@ pub fn certify(
                 return Ok(tile);
             }
             Err(gaps) => {
-                tracing::debug!(tile = id.0, gaps = gaps.len(), "the region grows");
+                tracing::debug!(?cell, gaps = gaps.len(), "the region grows");
                 region.grow(&gaps, generosity);
                 regrown += 1;
                 // Where the guess was too low, the next one is twice as wide: a few loads, whatever the mesh is like.
@@ -99,15 +97,14 @@ pub fn certify(
 type Attempt = Result<Certified, Vec<Gap>>;
 
 /// Looks whether `mesh`, which was loaded for `region`, is enough.
-fn attempt(plan: &Plan, factor: f64, id: TileId, mesh: TileMesh, region: &Region) -> Attempt {
-    let cell = plan.cells[id.0 as usize];
+fn attempt(plan: &Plan, factor: f64, cell: &Cell, mesh: TileMesh, region: &Region) -> Attempt {
     let loaded = Loaded { mesh: &mesh, region, lattice: &plan.lattice };
     let faces = FaceGeometry::new(&mesh, &plan.scale);
     let levels = Noise::new(&mesh, &faces, &plan.lattice, region);
     let vertex_rounds = rounds_at_vertices(&mesh, plan, &levels);
     let reach =
         Reach::new(&plan.scale, vertex_rounds.iter().flatten().copied().max().unwrap_or(0)).scaled(factor);
-    let (demand, mut gaps) = vertex_demand(&loaded, plan, &cell, &reach);
+    let (demand, mut gaps) = vertex_demand(&loaded, cell, &reach);
     let barycentres: Vec<DVec3> = (0..mesh.face_count() as u32).map(|f| mesh.barycentre(f)).collect();
     let noise = levels.levels_at(&barycentres);
     let face_rounds: Vec<Option<u32>> = noise.iter().map(|s0| s0.map(|s0| rounds(&plan.scale, s0))).collect();
@@ -121,10 +118,9 @@ fn attempt(plan: &Plan, factor: f64, id: TileId, mesh: TileMesh, region: &Region
     let vertex_rounds = vertex_rounds.into_iter().map(|k| k.unwrap_or(0)).collect();
     let region = region.clone();
     Ok(Certified {
-        id,
         mesh,
         region,
-        cell,
+        cell: *cell,
         demand,
         faces,
         noise,
@@ -140,21 +136,19 @@ fn paper_attempt(
     plan: &Plan,
     reach: &PaperReach,
     pass: Pass,
-    id: TileId,
+    cell: &Cell,
     mesh: TileMesh,
     region: &Region,
 ) -> Attempt {
-    let cell = plan.cells[id.0 as usize];
     let loaded = Loaded { mesh: &mesh, region, lattice: &plan.lattice };
-    let (demand, gaps) = paper_demand(&loaded, plan, &cell, reach, pass);
+    let (demand, gaps) = paper_demand(&loaded, plan, cell, reach, pass);
     if !gaps.is_empty() {
         return Err(merge(gaps));
     }
     let faces = FaceGeometry::new(&mesh, &plan.scale);
     Ok(Certified {
-        id,
         region: region.clone(),
-        cell,
+        cell: *cell,
         demand,
         faces,
         noise: vec![None; mesh.face_count()],

@@ -60,6 +60,13 @@ pub enum Event {
         /// Units since the last report.
         by: u64,
     },
+    /// A stage has more units than it announced.
+    Grown {
+        /// Which stage.
+        stage: Stage,
+        /// Units that come on top.
+        by: u64,
+    },
     /// A stage is over.
     Finished {
         /// Which stage.

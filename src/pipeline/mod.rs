@@ -1,11 +1,17 @@
 //! The stages joined to threads: the only place that knows of both the mathematics and the machine.
 
+mod admit;
+mod budget;
 mod census;
 mod certify;
 mod compute;
 mod events;
 mod paper;
+mod planned;
+mod probe;
 mod run;
+mod sizing;
 
 pub use events::{Event, Observer, Silent, Stage};
+pub use planned::Planned;
 pub use run::{Detection, Job, Work};

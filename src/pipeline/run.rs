@@ -3,22 +3,24 @@
 //! A loader, some workers and a committer are joined by bounded channels, so that at most a handful of tiles exist at any
 //! time. All heavy work runs on one thread pool, which is what `--threads` sizes; the stage threads mostly wait.
 
-use super::certify::{Certified, Halo, certify};
+use super::admit::{Admission, Admitted, Next};
+use super::budget::{Budget, Permit};
+use super::certify::{Certified, Halo};
 use super::compute::{TileResult, compute};
 use super::events::{Event, Observer, Stage};
 use super::paper::PaperMethod;
+use super::planned::Planned;
 use crate::config::{Limits, Method, PaperThresholds, Params};
 use crate::error::Error;
 use crate::input::MeshSource;
 use crate::mesh::TileId;
 use crate::output::FieldSink;
-use crate::partition::{PaperReach, Pass, Plan, Scan, scan};
+use crate::partition::{PaperReach, Pass, Scale, Scan, scan};
 use crate::refine::{Extremes, OmegaRange};
 use crate::stitch::{Defects, Fragments, LineSet, stitch};
 use crossbeam::channel::{Receiver, Sender, bounded};
 use rayon::ThreadPool;
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::{Duration, Instant};
 
 /// Feature lines, and how they were found.
@@ -39,7 +41,7 @@ pub struct Detection {
 pub struct Work {
     /// Voting scale in mesh units; 0 where the one-ring votes alone.
     pub sigma: f64,
-    /// Tiles of the plan.
+    /// Tiles that were worked on.
     pub tiles: u64,
     /// Faces owned by tiles.
     pub owned_faces: u64,
@@ -95,13 +97,15 @@ impl<'a> Job<'a> {
     /// Scans and plans, without doing any of the work.
     ///
     /// # Errors
-    /// If the input is bad or a parameter does not suit it.
-    pub fn plan(&self) -> Result<(Scan, Plan), Error> {
+    /// If the input is bad, a parameter does not suit it, or there is not even memory for the plan.
+    pub fn plan(&self) -> Result<Planned, Error> {
         self.observer.event(Event::Started { stage: Stage::Scan, total: self.source.face_count() });
         let progress = |faces| self.observer.event(Event::Advanced { stage: Stage::Scan, by: faces });
-        let mut found = self.pool.install(|| scan(self.source, &progress))?;
-        let plan = self.pool.install(|| Plan::new(&mut found, &self.params, self.limits.tiling))?;
-        Ok((found, plan))
+        self.pool.install(|| {
+            let scan = scan(self.source, self.limits.memory, &progress)?;
+            let halo = |scale: &Scale| self.halo(scale, Pass::Links);
+            Planned::new(self.source, scan, &self.params, &self.limits, halo)
+        })
     }
 
     /// Does the whole job. The fields of all vertices go to `fields`, if there is a taker.
@@ -110,32 +114,33 @@ impl<'a> Job<'a> {
     /// If the input is bad, a resource runs out, or `fields` refuses.
     pub fn run(&self, fields: Option<&mut dyn FieldSink>) -> Result<Detection, Error> {
         let mut work = Work::default();
-        let (scan, plan) = self.timed(Stage::Scan, &mut work, || self.plan())?;
+        let planned = self.timed(Stage::Scan, &mut work, || self.plan())?;
+        let plan = &planned.plan;
         work.sigma = match self.params.sigma.is_zero() {
             true => 0.0,
             false => plan.scale.length(crate::config::method::SIGMA_EDGES),
         };
-        work.tiles = plan.cells.len() as u64;
+        let tiles = plan.cells.len() as u64;
         let extremes = match &self.params.method {
             Method::Robust => Extremes::default(),
             Method::Paper(thresholds) => {
-                self.observer.event(Event::Started { stage: Stage::Survey, total: 2 * work.tiles });
+                self.observer.event(Event::Started { stage: Stage::Survey, total: 2 * tiles });
                 let started = Instant::now();
-                let extremes = self.survey(&plan, thresholds, &mut work)?;
+                let extremes = self.survey(&planned, thresholds, &mut work)?;
                 self.finished(Stage::Survey, started, &mut work);
                 extremes
             }
         };
-        self.observer.event(Event::Started { stage: Stage::Tiles, total: work.tiles });
+        self.observer.event(Event::Started { stage: Stage::Tiles, total: tiles });
         let started = Instant::now();
-        let fragments = self.tiles(&plan, &extremes, fields, &mut work)?;
+        let fragments = self.tiles(&planned, &extremes, fields, &mut work)?;
         self.finished(Stage::Tiles, started, &mut work);
         self.observer.event(Event::Started { stage: Stage::Stitch, total: fragments.links.len() as u64 });
         let defects = fragments.defects;
         let lines = self.timed(Stage::Stitch, &mut work, || {
             Ok::<_, Error>(stitch(fragments, &plan.scale, &self.params))
         })?;
-        Ok(Detection { lines, scan, defects, work })
+        Ok(Detection { lines, scan: planned.scan, defects, work })
     }
 
     fn timed<T>(
@@ -157,18 +162,23 @@ impl<'a> Job<'a> {
     }
 
     /// The numbers of the whole mesh that the paper method needs, in two passes.
-    fn survey(&self, plan: &Plan, thresholds: &PaperThresholds, work: &mut Work) -> Result<Extremes, Error> {
+    fn survey(
+        &self,
+        planned: &Planned,
+        thresholds: &PaperThresholds,
+        work: &mut Work,
+    ) -> Result<Extremes, Error> {
         let stage = Stage::Survey;
-        let method = PaperMethod { plan, sigma: self.params.sigma, thresholds };
+        let method = PaperMethod { plan: &planned.plan, sigma: self.params.sigma, thresholds };
         let mut omega = OmegaRange::default();
         let range = |tile: &Certified| method.omega_range(tile);
-        work.regrown += self.over_tiles(plan, stage, Pass::Omega, range, |range| {
+        work.regrown += self.over_tiles(planned, stage, Pass::Omega, range, |range| {
             omega = omega.join(range);
             Ok(())
         })?;
         let mut salience = 0.0f64;
         let largest = |tile: &Certified| method.largest_salience(tile, omega);
-        work.regrown += self.over_tiles(plan, stage, Pass::Salience, largest, |largest| {
+        work.regrown += self.over_tiles(planned, stage, Pass::Salience, largest, |largest| {
             salience = salience.max(largest);
             Ok(())
         })?;
@@ -178,15 +188,16 @@ impl<'a> Job<'a> {
     /// The fragments of all tiles.
     fn tiles(
         &self,
-        plan: &Plan,
+        planned: &Planned,
         extremes: &Extremes,
         mut fields: Option<&mut dyn FieldSink>,
         work: &mut Work,
     ) -> Result<Fragments, Error> {
         let with_fields = fields.is_some();
         let mut all = Fragments::default();
-        let compute = |tile: &Certified| compute(tile, plan, &self.params, extremes, with_fields);
-        let regrown = self.over_tiles(plan, Stage::Tiles, Pass::Links, compute, |tile: TileResult| {
+        let compute = |tile: &Certified| compute(tile, &planned.plan, &self.params, extremes, with_fields);
+        let regrown = self.over_tiles(planned, Stage::Tiles, Pass::Links, compute, |tile: TileResult| {
+            work.tiles += 1;
             work.loaded_faces += tile.loaded_faces;
             work.owned_faces += tile.owned_faces;
             if let Some(fields) = &mut fields {
@@ -200,11 +211,11 @@ impl<'a> Job<'a> {
     }
 
     /// What a tile must hold for the pass; the robust method has one pass only.
-    fn halo(&self, plan: &Plan, pass: Pass) -> Halo {
+    fn halo(&self, scale: &Scale, pass: Pass) -> Halo {
         match self.params.method {
             Method::Robust => Halo::Robust(self.reach_factor),
             Method::Paper(_) => {
-                let reach = PaperReach::new(self.params.sigma, &plan.scale);
+                let reach = PaperReach::new(self.params.sigma, scale);
                 Halo::Paper(reach.scaled(self.reach_factor), pass)
             }
         }
@@ -214,19 +225,22 @@ impl<'a> Job<'a> {
     /// order. Returns how often a region had to grow.
     fn over_tiles<T: Send>(
         &self,
-        plan: &Plan,
+        planned: &Planned,
         stage: Stage,
         pass: Pass,
         compute: impl Fn(&Certified) -> T + Sync,
         mut take: impl FnMut(T) -> Result<(), Error>,
     ) -> Result<u64, Error> {
-        let halo = self.halo(plan, pass);
-        let (to_workers, from_loader) = bounded::<Certified>(WAITING_TILES);
-        let (to_committer, results) = bounded::<Result<T, Error>>(WAITING_TILES);
-        let regrown = AtomicU32::new(0);
+        let plan = &planned.plan;
+        let halo = self.halo(&plan.scale, pass);
+        let budget = Budget::new(planned.tile_memory);
+        let admission = Admission::new(self.source, plan, &halo, &budget, &self.pool, planned.rounds);
+        let (to_workers, from_loader) = bounded::<Box<Admitted>>(WAITING_TILES);
+        let (to_committer, results) = bounded::<Outcome<T>>(WAITING_TILES);
+        let mut regrown = 0;
         std::thread::scope(|scope| {
             let failed = to_committer.clone();
-            scope.spawn(|| self.load_tiles(plan, &halo, to_workers, failed, &regrown));
+            scope.spawn(|| self.load_tiles(admission, stage, to_workers, failed));
             for _ in 0..WORKERS {
                 let (from_loader, to_committer) = (from_loader.clone(), to_committer.clone());
                 scope.spawn(|| self.work_on_tiles(&compute, from_loader, to_committer));
@@ -234,7 +248,9 @@ impl<'a> Job<'a> {
             // What is left here would keep the channels open when everybody else has gone.
             drop((from_loader, to_committer));
             let outcome: Result<(), Error> = results.iter().try_for_each(|result| {
-                take(result?)?;
+                let done = result?;
+                regrown += u64::from(done.regrown);
+                take(done.result)?;
                 self.observer.event(Event::Advanced { stage, by: 1 });
                 Ok(())
             });
@@ -242,29 +258,21 @@ impl<'a> Job<'a> {
             drop(results);
             outcome
         })?;
-        Ok(u64::from(regrown.into_inner()))
+        Ok(regrown)
     }
 
-    fn load_tiles<T>(
+    fn load_tiles<'b, T>(
         &self,
-        plan: &Plan,
-        halo: &Halo,
-        to_workers: Sender<Certified>,
-        failed: Sender<Result<T, Error>>,
-        regrown: &AtomicU32,
+        mut admission: Admission<'_, 'b>,
+        stage: Stage,
+        to_workers: Sender<Box<Admitted<'b>>>,
+        failed: Sender<Outcome<'b, T>>,
     ) {
-        // Noise is much the same everywhere in a scan: what one tile needed is the best guess for the next.
-        let mut rounds_hint = 0;
-        for id in (0..plan.cells.len() as u32).map(TileId) {
-            let loaded = guarded(id, || {
-                self.pool
-                    .install(|| certify(self.source, plan, halo, id, halo.margin(plan, rounds_hint)))
-                    .map_err(Error::from)
-            });
-            match loaded {
-                Ok(tile) => {
-                    rounds_hint = tile.most_rounds;
-                    regrown.fetch_add(tile.regrown, Ordering::Relaxed);
+        loop {
+            match guarded(admission.next_id(), || admission.next()) {
+                Ok(None) => return,
+                Ok(Some(Next::Cut)) => self.observer.event(Event::Grown { stage, by: 1 }),
+                Ok(Some(Next::Tile(tile))) => {
                     if to_workers.send(tile).is_err() {
                         return;
                     }
@@ -278,21 +286,34 @@ impl<'a> Job<'a> {
         }
     }
 
-    fn work_on_tiles<T: Send>(
+    fn work_on_tiles<'b, T: Send>(
         &self,
         compute: &(impl Fn(&Certified) -> T + Sync),
-        from_loader: Receiver<Certified>,
-        to_committer: Sender<Result<T, Error>>,
+        from_loader: Receiver<Box<Admitted<'b>>>,
+        to_committer: Sender<Outcome<'b, T>>,
     ) {
-        for tile in from_loader {
-            let result = guarded(tile.id, || Ok(self.pool.install(|| compute(&tile))));
+        for admitted in from_loader {
+            let Admitted { id, tile, permit } = *admitted;
+            let regrown = tile.regrown;
+            let result = guarded(id, || Ok(self.pool.install(|| compute(&tile))));
             drop(tile);
-            if to_committer.send(result).is_err() {
+            if to_committer.send(result.map(|result| Done { result, regrown, _permit: permit })).is_err() {
                 return;
             }
         }
     }
 }
+
+/// What became of a tile.
+struct Done<'b, T> {
+    result: T,
+    /// How often its region had to grow.
+    regrown: u32,
+    /// Until the result is taken.
+    _permit: Permit<'b>,
+}
+
+type Outcome<'b, T> = Result<Done<'b, T>, Error>;
 
 /// Turns a panic, which is a bug of ours, into an error that says where it happened.
 fn guarded<T>(tile: TileId, job: impl FnOnce() -> Result<T, Error>) -> Result<T, Error> {

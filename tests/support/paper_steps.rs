@@ -31,7 +31,7 @@ impl PaperTile {
     ) -> PaperTile {
         let mut region = plan.first_region(cell, 0);
         loop {
-            let mesh = load(source, plan, &region).unwrap_or_else(|e| panic!("{e}"));
+            let mesh = load(source, plan, &region, MOST_FACES).unwrap_or_else(|e| panic!("{e}"));
             let loaded = Loaded { mesh: &mesh, region: &region, lattice: &plan.lattice };
             let (demand, gaps) = paper_demand(&loaded, plan, cell, reach, pass);
             if gaps.is_empty() {

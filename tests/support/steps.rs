@@ -1,24 +1,30 @@
 //! The steps of one tile through the public interfaces of the library, as the pipeline takes them: for tests that look
 //! between the steps, or that ask for a halo the pipeline would never ask for.
 
-use crease::Params;
+use crease::config::NO_LIMIT;
 use crease::glam::DVec3;
 use crease::input::MeshSource;
 use crease::math::Sym3;
 use crease::mesh::{Field, TileMesh};
 use crease::partition::{
-    Cell, Demand, Gap, Loaded, Plan, Reach, load, merge, noise_demand, round_demand, scan, vertex_demand,
+    Cell, Demand, Gap, Loaded, MOST_FACES, Plan, Reach, load, merge, noise_demand, round_demand, scan,
+    vertex_demand,
 };
 use crease::refine::{Evidence, Fit, Fitter, Link, Linker, Support, average_along, contrast, ridges, smooth};
 use crease::voting::{
     FaceGeometry, Noise, Stop, Surroundings, Token, Vote, first_votes, refine, rounds, stops, surroundings,
     vote_again, votes, widen,
 };
+use crease::{Params, Tiling};
 
 /// Scans and plans.
-pub fn plan(source: &dyn MeshSource, params: &Params, tiling: crease::Tiling) -> Plan {
-    let mut found = scan(source, &|_| ()).unwrap_or_else(|e| panic!("{e}"));
-    Plan::new(&mut found, params, tiling).unwrap_or_else(|e| panic!("{e}"))
+pub fn plan(source: &dyn MeshSource, params: &Params, tiling: Tiling) -> Plan {
+    let mut found = scan(source, NO_LIMIT, &|_| ()).unwrap_or_else(|e| panic!("{e}"));
+    let mut plan = Plan::new(&found, params).unwrap_or_else(|e| panic!("{e}"));
+    if let Tiling::Faces(target) = tiling {
+        plan.cut(&mut found, &|_, cell| cell.faces <= target);
+    }
+    plan
 }
 
 /// A tile with all that its vertices depend on, as far as `reach` knows.
@@ -43,7 +49,7 @@ impl Tile {
     pub fn load(source: &dyn MeshSource, plan: &Plan, change: &dyn Fn(&mut Reach), cell: &Cell) -> Tile {
         let mut region = plan.first_region(cell, 0);
         loop {
-            let mesh = load(source, plan, &region).unwrap_or_else(|e| panic!("{e}"));
+            let mesh = load(source, plan, &region, MOST_FACES).unwrap_or_else(|e| panic!("{e}"));
             let loaded = Loaded { mesh: &mesh, region: &region, lattice: &plan.lattice };
             let faces = FaceGeometry::new(&mesh, &plan.scale);
             let noise = Noise::new(&mesh, &faces, &plan.lattice, &region);
@@ -54,7 +60,7 @@ impl Tile {
             let most = vertex_rounds.iter().flatten().copied().max().unwrap_or(0);
             let mut reach = Reach::new(&plan.scale, most);
             change(&mut reach);
-            let (demand, mut gaps) = vertex_demand(&loaded, plan, cell, &reach);
+            let (demand, mut gaps) = vertex_demand(&loaded, cell, &reach);
             let barycentres: Vec<DVec3> = (0..mesh.face_count() as u32).map(|f| mesh.barycentre(f)).collect();
             let levels = noise.levels_at(&barycentres);
             let face_rounds: Vec<Option<u32>> =

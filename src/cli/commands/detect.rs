@@ -4,6 +4,7 @@
 
 use crate::cli::args::DetectArgs;
 use crate::cli::exit::{Exit, Failure};
+use crate::cli::memory::Allocations;
 use crate::cli::progress::Progress;
 use crate::cli::summary::{Outcome, Written};
 use crate::cli::{console, memory, targets};
@@ -20,7 +21,7 @@ use std::time::Instant;
 ///
 /// # Errors
 /// If anything fails; there is no output then.
-pub(in crate::cli) fn detect(args: &DetectArgs) -> Result<Exit, Failure> {
+pub(in crate::cli) fn detect(args: &DetectArgs, allocations: Allocations) -> Result<Exit, Failure> {
     console::start_log(args.report.verbose);
     let started = Instant::now();
     let (params, limits) = (args.params(), args.work.limits());
@@ -30,7 +31,7 @@ pub(in crate::cli) fn detect(args: &DetectArgs) -> Result<Exit, Failure> {
     targets::check(&args.input, &outputs, args.force)?;
 
     let source = PlySource::open(&args.input, limits.io)?;
-    let progress = Progress::new(args.progress(), args.report.verbose);
+    let progress = Progress::new(args.progress(), args.report.verbose, allocations);
     let of_run = |error| Failure::of_run(&args.input, error);
     let job = Job::new(&source, params, limits, &progress).map_err(of_run)?;
     let attributes = args
@@ -52,7 +53,10 @@ pub(in crate::cli) fn detect(args: &DetectArgs) -> Result<Exit, Failure> {
             wall: started.elapsed(),
             cpu: memory::cpu_time(),
             peak: memory::peak(),
-            anonymous: progress.largest_memory(),
+            anonymous: progress.anonymous(),
+            allocated: progress.allocated(),
+            memory: limits.memory,
+            stages: progress.stages(),
             written: outputs
                 .iter()
                 .map(|path| Written { path, bytes: fs::metadata(path).map(|m| m.len()).ok() })

@@ -5,20 +5,17 @@
 use crate::cli::args::InfoArgs;
 use crate::cli::console;
 use crate::cli::exit::{Exit, Failure};
+use crate::cli::memory::Allocations;
 use crate::cli::progress::Progress;
 use crate::cli::text::{bytes, counted, entry, grouped, measure, with_decimals};
-use crate::config::{Limits, Params, method};
+use crate::config::{Limits, NO_LIMIT, Params, method};
 use crate::error::Error;
 use crate::input::ply::{PropertyKind, ScalarType};
 use crate::input::{MeshSource, PlySource};
-use crate::partition::{Plan, Reach, Scan};
-use crate::pipeline::{Event, Job, Observer, Stage};
+use crate::partition::{Plan, Scan};
+use crate::pipeline::{Event, Job, Observer, Planned, Stage};
 use std::time::Instant;
 
-/// What a face costs while its tile is worked on.
-const BYTES_PER_FACE: u64 = 350;
-/// Tiles that may exist at a time: one is loaded, one waits, two are worked on.
-const TILES_IN_FLIGHT: u64 = 4;
 /// With fewer steps than this in a median edge, rounding of the coordinates tilts the faces by half a degree or more.
 const LEAST_STEPS: f64 = 100.0;
 /// A file whose blocks are read more often than this has its faces in a bad order.
@@ -30,19 +27,19 @@ const LEAST_BLOCKS: u64 = 8;
 ///
 /// # Errors
 /// If the file cannot be read, is not a mesh, or sigma does not suit it.
-pub(in crate::cli) fn info(args: &InfoArgs) -> Result<Exit, Failure> {
+pub(in crate::cli) fn info(args: &InfoArgs, allocations: Allocations) -> Result<Exit, Failure> {
     console::start_log(args.report.verbose);
     let limits = args.work.limits();
     let source = PlySource::open(&args.input, limits.io)?;
-    let progress = Progress::new(args.report.progress, args.report.verbose);
+    let progress = Progress::new(args.report.progress, args.report.verbose, allocations);
     let params = Params { sigma: args.sigma.sigma(), ..Params::default() };
-    let (scan, plan) =
-        planned(&source, params, limits, &progress).map_err(|e| Failure::of_run(&args.input, e))?;
+    let planned = planned(&source, params, limits, &progress).map_err(|e| Failure::of_run(&args.input, e))?;
+    let scan = &planned.scan;
     let mut text = file(&source);
-    text.push_str(&mesh(&source, &scan));
-    text.push_str(&precision(&source, &scan));
-    text.push_str(&defects(&source, &scan));
-    text.push_str(&plan_text(&plan, scan.faces));
+    text.push_str(&mesh(&source, scan));
+    text.push_str(&precision(&source, scan));
+    text.push_str(&defects(&source, scan));
+    text.push_str(&plan_text(&planned, limits.memory));
     console::print(&text)?;
     Ok(Exit::Done)
 }
@@ -52,7 +49,7 @@ fn planned(
     params: Params,
     limits: Limits,
     progress: &Progress,
-) -> Result<(Scan, Plan), Error> {
+) -> Result<Planned, Error> {
     let started = Instant::now();
     let result = Job::new(source, params, limits, progress)?.plan()?;
     progress.event(Event::Finished { stage: Stage::Scan, wall: started.elapsed() });
@@ -160,43 +157,26 @@ fn defects(source: &PlySource, scan: &Scan) -> String {
     out
 }
 
-/// What the tiles of the plan would read.
-#[derive(Debug, Default, PartialEq)]
-struct Reads {
-    /// Blocks, summed over the tiles.
-    blocks: u64,
-    /// Faces in these blocks, summed over the tiles.
-    faces: u64,
-    /// Faces in the blocks of the tile that meets the most.
-    largest: u64,
+/// How often blocks would be read, summed over the tiles.
+fn block_reads(plan: &Plan, margin: i64) -> u64 {
+    plan.cells.iter().map(|cell| plan.blocks_in(&plan.first_region(cell, margin)).len() as u64).sum()
 }
 
-impl Reads {
-    fn of(plan: &Plan) -> Reads {
-        let margin = Reach::new(&plan.scale, 0).margin(0);
-        plan.cells.iter().fold(Reads::default(), |sum, cell| {
-            let met = plan.blocks_in(&plan.first_region(cell, margin));
-            let faces = met.iter().map(|&block| u64::from(plan.block_faces[block])).sum();
-            Reads {
-                blocks: sum.blocks + met.len() as u64,
-                faces: sum.faces + faces,
-                largest: sum.largest.max(faces),
-            }
-        })
-    }
-}
-
-fn plan_text(plan: &Plan, faces: u64) -> String {
-    let reads = Reads::of(plan);
+fn plan_text(planned: &Planned, memory: u64) -> String {
+    let Planned { plan, scan, sizes, .. } = planned;
     let tiles = plan.cells.len() as u64;
     let mut out = "\nplan\n".to_owned();
     let sigma = plan.scale.length(method::SIGMA_EDGES);
     out.push_str(&entry("sigma", &format!("{} mesh units", measure(sigma))));
-    out.push_str(&entry("tiles", &grouped(tiles)));
-    let halo = 100.0 * (reads.faces as f64 / faces.max(1) as f64 - 1.0).max(0.0);
-    out.push_str(&entry("halo overhead", &format!("at most {} %", with_decimals(halo, 0))));
+    let side_by_side = match sizes.in_flight.min(tiles) {
+        1 => String::new(),
+        n => format!(", up to {n} at a time"),
+    };
+    out.push_str(&entry("tiles", &format!("{}{side_by_side}", grouped(tiles))));
+    let halo = 100.0 * (sizes.loaded as f64 / scan.faces.max(1) as f64 - 1.0).max(0.0);
+    out.push_str(&entry("halo overhead", &format!("about {} %", with_decimals(halo, 0))));
     let blocks = plan.block_faces.len() as u64;
-    let times = reads.blocks as f64 / blocks.max(1) as f64;
+    let times = block_reads(plan, planned.margin) as f64 / blocks.max(1) as f64;
     let of_faces = counted(blocks, "block", "blocks");
     out.push_str(&entry("locality", &format!("{of_faces} of faces, each read {times:.1} times on average")));
     // Tiles that are hardly larger than a block read blocks over and over in any file.
@@ -206,8 +186,8 @@ fn plan_text(plan: &Plan, faces: u64) -> String {
              Larger tiles, or a mesh that was sorted in space, need less time.\n",
         );
     }
-    let memory = reads.largest * BYTES_PER_FACE * tiles.min(TILES_IN_FLIGHT);
-    out.push_str(&entry("memory", &format!("at most about {} (an estimate)", bytes(memory))));
+    let allowed = if memory == NO_LIMIT { String::new() } else { format!(" of {} allowed", bytes(memory)) };
+    out.push_str(&entry("memory", &format!("about {}{allowed}", bytes(planned.expected_memory()))));
     out
 }
 

@@ -32,6 +32,11 @@ impl Observer for Bar {
                     bar.inc(by);
                 }
             }
+            Event::Grown { by, .. } => {
+                if let Some(bar) = &*current {
+                    bar.inc_length(by);
+                }
+            }
             Event::Finished { .. } => *current = None,
         }
     }

@@ -40,7 +40,7 @@ impl Observer for Json {
         let Some(tally) = tallies.take(event) else { return };
         let (event, elapsed) = match event {
             Event::Started { .. } => ("started", Duration::ZERO),
-            Event::Advanced { .. } => ("advanced", tally.started.elapsed()),
+            Event::Advanced { .. } | Event::Grown { .. } => ("advanced", tally.started.elapsed()),
             Event::Finished { wall, .. } => ("finished", wall),
         };
         let report = Report {

@@ -9,7 +9,7 @@ mod plain;
 mod tally;
 
 use super::args::ProgressKind;
-use super::memory::MemoryMeter;
+use super::memory::{Allocations, MemoryMeter, StageUse};
 use crate::pipeline::{Event, Observer, Silent};
 use std::io::IsTerminal;
 
@@ -21,18 +21,33 @@ pub(super) struct Progress {
 
 impl Progress {
     /// In the form of `kind`; `with_log` if there will be log lines in between.
-    pub fn new(kind: ProgressKind, with_log: bool) -> Progress {
-        Progress { shown: observer(kind, with_log), memory: MemoryMeter::start() }
+    pub fn new(kind: ProgressKind, with_log: bool, allocations: Allocations) -> Progress {
+        Progress { shown: observer(kind, with_log), memory: MemoryMeter::start(allocations) }
     }
 
     /// The most anonymous memory that was seen, in bytes.
-    pub fn largest_memory(&self) -> Option<u64> {
-        self.memory.largest()
+    pub fn anonymous(&self) -> Option<u64> {
+        self.memory.anonymous()
+    }
+
+    /// The most that was allocated, in bytes.
+    pub fn allocated(&self) -> u64 {
+        self.memory.allocated()
+    }
+
+    /// What each stage used that is over.
+    pub fn stages(&self) -> Vec<StageUse> {
+        self.memory.stages()
     }
 }
 
 impl Observer for Progress {
     fn event(&self, event: Event) {
+        match event {
+            Event::Started { stage, .. } => self.memory.enter(stage),
+            Event::Finished { .. } => self.memory.leave(),
+            Event::Advanced { .. } | Event::Grown { .. } => {}
+        }
         self.shown.event(event);
     }
 }

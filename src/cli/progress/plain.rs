@@ -39,7 +39,7 @@ fn line(event: Event, tally: &Tally, elapsed: Duration) -> String {
         }
         Event::Started { .. } => format!("crease: {name} started"),
         Event::Finished { wall, .. } => format!("crease: {name} done, {}", span(wall)),
-        Event::Advanced { .. } => {
+        Event::Advanced { .. } | Event::Grown { .. } => {
             let percent = 100.0 * tally.done as f64 / tally.total.max(1) as f64;
             let left =
                 tally.remaining(elapsed).map_or(String::new(), |t| format!(", about {} left", span(t)));

@@ -46,6 +46,11 @@ impl Tallies {
                 tally.reported = now;
                 Some(*tally)
             }
+            Event::Grown { stage, by } => {
+                let tally = self.current.as_mut().filter(|tally| tally.stage == stage)?;
+                tally.total += by;
+                None
+            }
             Event::Finished { stage, .. } => self.current.take().filter(|tally| tally.stage == stage),
         }
     }

@@ -1,0 +1,118 @@
+//! Which tile is loaded next, and when.
+//!
+//! In: the cells of the plan, and the memory for tiles. Out: certified tiles, each with a permit for the bytes that it will
+//! need while it is worked on. The permit is there before the first face is read. What a tile loads is not known before,
+//! only expected; where it turns out to be more than the permit is for, the tile is loaded again when no other is there,
+//! and if it is still too much, its cell is cut in two. Where a cell has become so small that this is of no use, the run
+//! ends: so many faces in one place cannot be worked on in this memory. None of this can be seen in the result.
+
+use super::budget::{Budget, Permit};
+use super::certify::{Certified, Halo, certify};
+use super::sizing::{expected_faces, faces_in, tile_bytes};
+use crate::error::Error;
+use crate::input::MeshSource;
+use crate::mesh::TileId;
+use crate::partition::{Cell, LoadError, Plan};
+use rayon::ThreadPool;
+use std::collections::VecDeque;
+
+/// A tile that may be worked on.
+pub struct Admitted<'b> {
+    /// Which one, in the order of loading.
+    pub id: TileId,
+    /// The tile.
+    pub tile: Certified,
+    /// For its bytes, until nothing of it is left.
+    pub permit: Permit<'b>,
+}
+
+/// Loads tiles one after the other.
+pub struct Admission<'a, 'b> {
+    source: &'a dyn MeshSource,
+    plan: &'a Plan,
+    halo: &'a Halo,
+    budget: &'b Budget,
+    /// Where the work of loading is done. Waiting is not: a thread of the pool that waited for a tile to be done might be the
+    /// one that has taken up loading in the middle of that very tile.
+    pool: &'a ThreadPool,
+    /// Cells whose tiles are still to be loaded.
+    waiting: VecDeque<Cell>,
+    /// How many tiles were loaded.
+    loaded: u32,
+    /// Refinement rounds that the last tile needed. Noise is much the same everywhere in a scan: the best guess for the next.
+    rounds: u32,
+}
+
+/// What became of the first of the waiting cells.
+pub enum Next<'b> {
+    /// Its tile is loaded.
+    Tile(Box<Admitted<'b>>),
+    /// It was cut in two.
+    Cut,
+}
+
+impl<'a, 'b> Admission<'a, 'b> {
+    /// Of all cells of `plan`, most of which need about `rounds` refinement rounds.
+    pub fn new(
+        source: &'a dyn MeshSource,
+        plan: &'a Plan,
+        halo: &'a Halo,
+        budget: &'b Budget,
+        pool: &'a ThreadPool,
+        rounds: u32,
+    ) -> Admission<'a, 'b> {
+        let waiting = plan.cells.iter().copied().collect();
+        Admission { source, plan, halo, budget, pool, waiting, loaded: 0, rounds }
+    }
+
+    /// Which tile the next one will be.
+    pub fn next_id(&self) -> TileId {
+        TileId(self.loaded)
+    }
+
+    /// Loads the next tile as soon as there is memory for it. `None` if there is none left.
+    ///
+    /// # Errors
+    /// If the source fails, or the faces around one place are too many for the memory.
+    pub fn next(&mut self) -> Result<Option<Next<'b>>, Error> {
+        let Some(cell) = self.waiting.pop_front() else { return Ok(None) };
+        let expected = expected_faces(self.plan, &cell, self.halo.margin(self.plan, self.rounds));
+        let total = self.budget.total();
+        // Estimates are some percent off; whoever is much too low comes back for all there is.
+        let first = tile_bytes(expected + expected / 8).min(total);
+        let mut faces = 0;
+        for bytes in [first, total] {
+            match self.load(&cell, bytes) {
+                Ok(admitted) => return Ok(Some(Next::Tile(Box::new(admitted)))),
+                Err(Error::Load(LoadError::TooManyFaces { faces: found, .. })) => faces = found,
+                Err(error) => return Err(error),
+            }
+        }
+        let bounds = &self.plan.bounds;
+        let Some([a, b]) = cell.halves(bounds.min, bounds.max, self.plan.lattice.edge) else {
+            return Err(Error::NoRoom {
+                at: cell.min.max(bounds.min),
+                faces,
+                bytes: tile_bytes(faces),
+                memory: total,
+            });
+        };
+        tracing::debug!(?cell, faces, "cut in two: too many faces for the memory");
+        self.waiting.push_front(b);
+        self.waiting.push_front(a);
+        Ok(Some(Next::Cut))
+    }
+
+    fn load(&mut self, cell: &Cell, bytes: u64) -> Result<Admitted<'b>, Error> {
+        let mut permit = self.budget.reserve(bytes);
+        let margin = self.halo.margin(self.plan, self.rounds);
+        let tile = self
+            .pool
+            .install(|| certify(self.source, self.plan, self.halo, cell, margin, faces_in(bytes)))?;
+        self.rounds = tile.most_rounds;
+        permit.keep(tile_bytes(tile.mesh.face_count() as u64));
+        let id = self.next_id();
+        self.loaded += 1;
+        Ok(Admitted { id, tile, permit })
+    }
+}

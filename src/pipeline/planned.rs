@@ -1,0 +1,79 @@
+//! What is decided before the first tile is loaded: the cells, and what memory there is for their tiles.
+//!
+//! In: the scan. Out: a [`Planned`]. How wide halos are depends on the noise, which a scan without adjacency cannot see; so
+//! a few places of the mesh are loaded and looked at ([`super::probe`]). Nothing of this changes the result.
+
+use super::certify::Halo;
+use super::probe::typical_rounds;
+use super::sizing::{Sizes, cut, faces_in};
+use crate::config::{Limits, Params, Tiling};
+use crate::error::Error;
+use crate::input::MeshSource;
+use crate::partition::{Plan, Scale, Scan};
+
+/// Everything that is fixed before the first tile is loaded.
+pub struct Planned {
+    /// What the scan found.
+    pub scan: Scan,
+    /// The plan.
+    pub plan: Plan,
+    /// What its tiles are expected to be.
+    pub sizes: Sizes,
+    /// Refinement rounds that most places need at most.
+    pub rounds: u32,
+    /// Cubes around a cell that are loaded at first.
+    pub margin: i64,
+    /// Bytes for tiles.
+    pub tile_memory: u64,
+    /// Bytes for everything else.
+    pub other_memory: u64,
+}
+
+/// What each thread allocates for itself while it reads: a block of faces with the positions of their corners.
+const THREAD_BYTES: u64 = 1 << 20;
+/// Buffers of writers, and what is too small to be counted.
+const SMALL_BYTES: u64 = 3 << 20;
+
+impl Planned {
+    /// Plans a run over `source`. `halo` tells how far the steps reach at a scale.
+    pub(super) fn new(
+        source: &dyn MeshSource,
+        mut scan: Scan,
+        params: &Params,
+        limits: &Limits,
+        halo: impl Fn(&Scale) -> Halo,
+    ) -> Result<Planned, Error> {
+        let mut plan = Plan::new(&scan, params)?;
+        let small = SMALL_BYTES + THREAD_BYTES * rayon::current_num_threads() as u64;
+        let needed = small + scan.bytes() + plan.bytes();
+        // Whatever is left must do for tiles; a run that plans longer than it works is of no use to anybody.
+        let tile_memory = limits.memory.saturating_sub(needed);
+        if tile_memory < needed {
+            return Err(Error::NoMemory { needed: 2 * needed, memory: limits.memory });
+        }
+        let fits = scan.faces <= faces_in(tile_memory);
+        if limits.tiling == Tiling::InCore && !fits {
+            let at = plan.bounds.min;
+            let bytes = super::sizing::tile_bytes(scan.faces);
+            return Err(Error::NoRoom { at, faces: scan.faces, bytes, memory: tile_memory });
+        }
+        let halo = halo(&plan.scale);
+        let one_tile =
+            matches!(limits.tiling, Tiling::Auto) && fits && scan.faces <= crate::config::DEFAULT_TILE_FACES;
+        let rounds = match limits.tiling {
+            _ if one_tile => 0,
+            Tiling::InCore => 0,
+            _ => typical_rounds(source, &plan, &scan, faces_in(tile_memory))?,
+        };
+        let margin = halo.margin(&plan, rounds);
+        let sizes = cut(&mut plan, &mut scan, limits.tiling, tile_memory, margin);
+        // It has done its service.
+        scan.sample = Vec::new();
+        Ok(Planned { scan, plan, sizes, rounds, margin, tile_memory, other_memory: needed })
+    }
+
+    /// Bytes that are expected to be allocated at the peak.
+    pub fn expected_memory(&self) -> u64 {
+        self.other_memory + self.sizes.bytes(self.plan.cells.len() as u64)
+    }
+}

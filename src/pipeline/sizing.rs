@@ -1,0 +1,98 @@
+//! How large tiles may be, and how many of them may exist at a time.
+//!
+//! In: the memory for tiles, and a plan of one cell. Out: the cells. A tile costs as many bytes as it loads faces, halo
+//! included, and how many these are is estimated from the boxes of the blocks. Tiles side by side keep all cores busy,
+//! also while one of them is loaded; but the smaller the tiles, the more of the work is halo. So where memory is short,
+//! fewer and larger tiles are worked on at a time. An estimate that is wrong costs time and not memory: who loads more
+//! faces than the tile has bytes for, stops ([`super::admit`]).
+
+use crate::config::{DEFAULT_TILE_FACES, Tiling};
+use crate::partition::{Cell, MOST_FACES, Plan, Scan};
+
+/// Bytes allocated for each loaded face when a tile needs most: while votes are repeated, all tensors and two sets of
+/// votes exist. Measured: 290 to 350, on scans and on CAD meshes; more where there are more vertices to a face.
+const FACE_BYTES: u64 = 400;
+/// What a tile needs however small it is: buffers of blocks for each thread.
+const TILE_BYTES: u64 = 1 << 20;
+/// Tiles that may exist at a time: one is loaded, two are worked on.
+const IN_FLIGHT: usize = 3;
+/// How much longer the same faces take with so few tiles at a time (1, 2, 3): nothing is done while the only tile is read,
+/// and only one core is busy in the parts of a tile that are not parallel.
+const SLOWDOWN: [f64; IN_FLIGHT] = [1.3, 1.05, 1.0];
+/// A cell is not made smaller than this share of its halo, on the longest side: what is loaded would hardly become less.
+const LEAST_OF_HALO: f64 = 0.25;
+
+/// Bytes for a tile of so many loaded faces.
+pub fn tile_bytes(faces: u64) -> u64 {
+    faces.saturating_mul(FACE_BYTES).saturating_add(TILE_BYTES)
+}
+
+/// Faces that a tile of so many bytes may load.
+pub fn faces_in(bytes: u64) -> u64 {
+    (bytes.saturating_sub(TILE_BYTES) / FACE_BYTES).min(MOST_FACES)
+}
+
+/// About how many faces the tile of `cell` loads, with `margin` cubes around it.
+pub fn expected_faces(plan: &Plan, cell: &Cell, margin: i64) -> u64 {
+    plan.faces_near(plan.first_region(cell, margin).main())
+}
+
+/// What was decided about the tiles, besides the cells themselves.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sizes {
+    /// Tiles that may exist at a time.
+    pub in_flight: u64,
+    /// Faces that the largest tile is expected to load.
+    pub largest: u64,
+    /// Faces that all tiles together are expected to load.
+    pub loaded: u64,
+}
+
+impl Sizes {
+    /// Bytes that are expected to be held by tiles at a time.
+    pub fn bytes(&self, tiles: u64) -> u64 {
+        self.in_flight.min(tiles).saturating_mul(tile_bytes(self.largest))
+    }
+}
+
+/// Cuts `plan` so that its tiles fit into `memory` bytes, with a halo of `margin` cubes.
+pub fn cut(plan: &mut Plan, scan: &mut Scan, tiling: Tiling, memory: u64, margin: i64) -> Sizes {
+    let target = match tiling {
+        Tiling::InCore => return sizes(plan, margin, 1),
+        Tiling::Faces(target) => target,
+        Tiling::Auto => DEFAULT_TILE_FACES,
+    };
+    if scan.faces <= target && scan.faces <= faces_in(memory) {
+        return sizes(plan, margin, 1);
+    }
+    let least = LEAST_OF_HALO * margin as f64 * plan.lattice.edge;
+    let mut best: Option<(f64, Vec<Cell>, Sizes)> = None;
+    for (tiles, slowdown) in SLOWDOWN.into_iter().enumerate().rev() {
+        let in_flight = tiles as u64 + 1;
+        let most = faces_in(memory / in_flight);
+        plan.cut(scan, &|plan, cell| {
+            cell.faces <= target
+                && (expected_faces(plan, cell, margin) <= most || longest_side(plan, cell) <= least)
+        });
+        let found = sizes(plan, margin, in_flight);
+        let time = slowdown * found.loaded as f64;
+        if best.as_ref().is_none_or(|(least, ..)| time < *least) {
+            best = Some((time, std::mem::take(&mut plan.cells), found));
+        }
+    }
+    // There is a best of three.
+    let Some((_, cells, found)) = best else { return sizes(plan, margin, 1) };
+    plan.cells = cells;
+    found
+}
+
+fn sizes(plan: &Plan, margin: i64, in_flight: u64) -> Sizes {
+    let expected = plan.cells.iter().map(|cell| expected_faces(plan, cell, margin));
+    let (largest, loaded) = expected.fold((0, 0), |(largest, sum), n| (n.max(largest), sum + n));
+    Sizes { in_flight, largest, loaded }
+}
+
+/// Longest side of the part of the cell that is within the bounds of the mesh, in mesh units.
+fn longest_side(plan: &Plan, cell: &Cell) -> f64 {
+    (cell.max.min(plan.bounds.max) - cell.min.max(plan.bounds.min)).max_element()
+}
