@@ -402,7 +402,7 @@ mod tests {
             format!("from {} to {}", method::SIGMA_EDGES_RANGE.0, method::SIGMA_EDGES_RANGE.1),
             format!("Default: {:.2}", default.min_length_sigmas),
             format!("Default: {}", default.min_angle_deg),
-            format!("Default: {DEFAULT_TILE_FACES}"),
+            format!("than {}", crate::config::DEFAULT_TILE_FACES),
             format!("Default: {}", PaperThresholds::default().salience),
             format!("Default: {}", PaperThresholds::default().edge_l2),
             format!("Default: {}", PaperThresholds::default().corner_l3),

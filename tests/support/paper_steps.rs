@@ -5,7 +5,8 @@ use crease::config::PaperThresholds;
 use crease::input::MeshSource;
 use crease::mesh::{Field, TileMesh};
 use crease::partition::{
-    Cell, Demand, Gap, Loaded, PaperReach, Pass, Plan, Region, half_cube, load, merge, paper_demand,
+    Cell, Demand, Gap, Loaded, MOST_FACES, PaperReach, Pass, Plan, Region, half_cube, load, merge,
+    paper_demand,
 };
 use crease::refine::{Extremes, Link, Linker, OmegaRange, Salience, Supporters, ridges, smooth};
 use crease::voting::{FaceGeometry, Stop, Vote, Voters, paper_stops, paper_votes};

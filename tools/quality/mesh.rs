@@ -55,7 +55,7 @@ impl Mesh {
     /// If a face names a vertex that does not exist, or a coordinate is not finite.
     pub fn median_side(&self) -> Result<f64> {
         let source = MemorySource::new(&self.positions, &self.faces)?;
-        Ok(crease::partition::scan(&source, &|_| ())?.median_side)
+        Ok(crease::partition::scan(&source, crease::config::NO_LIMIT, &|_| ())?.median_side)
     }
 
     /// The edges with exactly two faces, by ascending vertices.
