@@ -43,6 +43,7 @@ impl Cgroup {
         let mounts = fs::read_to_string("/proc/self/mountinfo").context("mounts are not known")?;
         let mut refused = Vec::new();
         for (version, parent) in candidates(&groups, &mounts) {
+            remove_stale(&parent);
             let number = MADE.fetch_add(1, Ordering::Relaxed);
             let path = parent.join(format!("crease-{}-{number}", std::process::id()));
             match Cgroup::make(version, path, limit) {
@@ -115,6 +116,18 @@ impl Drop for Cgroup {
                 return;
             }
             thread::sleep(Duration::from_millis(10));
+        }
+    }
+}
+
+/// Removes groups that were made by processes that are no more: one that was killed could not.
+fn remove_stale(parent: &Path) {
+    for entry in fs::read_dir(parent).into_iter().flatten().flatten() {
+        let name = entry.file_name();
+        let maker = name.to_str().and_then(|name| name.strip_prefix("crease-")?.split('-').next());
+        if maker.is_some_and(|maker| !Path::new("/proc").join(maker).exists()) {
+            // One that still has processes stays.
+            let _ = fs::remove_dir(entry.path());
         }
     }
 }
