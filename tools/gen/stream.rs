@@ -51,7 +51,7 @@ impl StreamedPly {
     pub fn create(path: &Path, scalar: Scalar, vertices: u64, links: Links, count: u64) -> Result<Self> {
         ensure!(
             vertices <= MOST_VERTICES,
-            "{vertices} vertices are more than the 2^32 that the integers of PLY can name: make less triangles"
+            "{vertices} vertices are more than the 2^32 that the integers of PLY can name: ask for fewer triangles"
         );
         let word = if vertices > 1 << 31 { "uint" } else { "int" };
         let (element, properties) = match links {

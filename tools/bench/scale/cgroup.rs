@@ -184,6 +184,23 @@ mod tests {
         32 25 0:28 / /sys/fs/cgroup/cpu rw,nosuid - cgroup cgroup rw,cpu\n";
 
     #[test]
+    fn a_group_holds_a_command_and_goes() {
+        let group = match Cgroup::create(Some(64 << 20)) {
+            Ok(group) => group,
+            Err(error) => return println!("skipped: {error:#}"),
+        };
+        let path = group.path.clone();
+        let output = group.command("/bin/cat").arg("/proc/self/cgroup").output().unwrap();
+        assert!(output.status.success(), "{output:?}");
+        let name = path.file_name().and_then(|name| name.to_str()).unwrap();
+        assert!(String::from_utf8_lossy(&output.stdout).contains(name), "{output:?}");
+        assert!(group.peak().is_none_or(|peak| (1..=64 << 20).contains(&peak)), "{:?}", group.peak());
+        assert_eq!(group.kills().unwrap_or(0), 0);
+        drop(group);
+        assert!(!path.exists());
+    }
+
+    #[test]
     fn the_group_of_the_process_is_found() {
         let found = candidates("4:memory:/box/job\n3:cpu:/\n0::/user/me\n", MOUNTS);
         let expected = [

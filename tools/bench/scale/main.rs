@@ -7,6 +7,8 @@ mod table;
 use anyhow::{Context, Result, ensure};
 use cgroup::Cgroup;
 use clap::{Parser, Subcommand, ValueEnum};
+use crease::input::ply::Header;
+use crease::input::{ByteSource, IoMode};
 use measure::{Measured, run};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -54,8 +56,8 @@ struct Cities {
     /// Seed of the cities.
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Where meshes, lines and temporary files go. It needs room for a mesh (19 bytes a triangle), twice as much more while
-    /// one is shuffled.
+    /// Where meshes, lines and temporary files go. It needs room for a mesh, 19 bytes a triangle,
+    /// and for 25 more while one is shuffled.
     #[arg(long, value_name = "DIR")]
     directory: PathBuf,
     /// Keep the meshes, and use those that are there.
@@ -296,8 +298,9 @@ fn built(name: &str) -> Result<PathBuf> {
 
 /// Number of faces that the header of a mesh announces.
 fn faces_of(mesh: &Path) -> Result<u64> {
-    let source = crease::input::PlySource::open(mesh, crease::input::IoMode::Read)?;
-    Ok(crease::input::MeshSource::face_count(&source))
+    let header = Header::read(&ByteSource::open(mesh, IoMode::Read)?)?;
+    let faces = header.elements.iter().find(|element| element.name == "face");
+    Ok(faces.with_context(|| format!("{} has no faces", mesh.display()))?.count)
 }
 
 /// Asks the system to forget a file; written pages must be on disk first.
