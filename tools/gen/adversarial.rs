@@ -264,7 +264,7 @@ fn corners(faces: u64, seed: u64) -> Described {
     let grid = Grid::of(faces / 8);
     let extent = 20.0 * grid.side as f64;
     // A corner and the one opposite follow each other.
-    let turn = |index: u64| if index % 2 == 0 { index / 2 } else { 7 - index / 2 };
+    let turn = |index: u64| if index.is_multiple_of(2) { index / 2 } else { 7 - index / 2 };
     let position = move |vertex: u64| {
         cube_corner(turn(vertex % 8)) * extent + grid.folded(vertex / 8, seed.wrapping_add(vertex % 8))
     };

@@ -320,9 +320,9 @@ fn normals(city: &CityScan, plan: &BlockPlan, block: &Block) -> Vec<DVec3> {
         face.iter().for_each(|&corner| normals[corner as usize] += normal);
     }
     let [columns, rows] = plan.owned();
-    for border in 0..(columns + rows - 1) as usize {
-        let slope = ground(city.seed, block.positions[border].truncate()).slope;
-        normals[border] = (-slope).extend(1.0);
+    let border = normals.iter_mut().zip(&block.positions).take((columns + rows - 1) as usize);
+    for (normal, position) in border {
+        *normal = (-ground(city.seed, position.truncate()).slope).extend(1.0);
     }
     normals.into_iter().map(DVec3::normalize_or_zero).collect()
 }
