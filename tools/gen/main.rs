@@ -5,8 +5,10 @@ mod generator;
 
 use anyhow::{Context, Result};
 use clap::{Parser, Subcommand};
+use generator::adversarial::Adversary;
 use generator::noise::NoiseKind;
 use generator::ply::{self, Scalar};
+use generator::scan::{CityScan, write};
 use generator::style::Style;
 use generator::{ShapeName, fixtures};
 use glam::DVec3;
@@ -34,6 +36,14 @@ enum Command {
         #[command(flatten)]
         style: StyleArguments,
     },
+    /// Write the scan of a city of any size, in constant memory.
+    ///
+    /// Ground, sunken streets with kerbs, houses with flat, gable and hip roofs; one open surface. Units are sample
+    /// spacings. Consecutive faces lie together, unless they are shuffled. RAYON_NUM_THREADS sets the number of threads;
+    /// the bytes do not depend on it.
+    City(CityArguments),
+    /// Write a mesh that is hard to work on in pieces.
+    Adversarial(AdversarialArguments),
     /// Write all test files of the project.
     Fixtures {
         /// Where they go (`fixtures` in the project).
@@ -74,6 +84,52 @@ struct ShapeArguments {
 }
 
 #[derive(clap::Args)]
+struct CityArguments {
+    /// Number of triangles, from some 5000 on; the city has about as many, within a hundredth from a million on.
+    #[arg(value_parser = count)]
+    triangles: u64,
+    /// Seed of the city, of the noise and of the order.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Standard deviation of the noise, in mean edge lengths.
+    #[arg(long, value_name = "A", default_value_t = 0.0)]
+    noise: f64,
+    /// Kind of noise: normal or isotropic.
+    #[arg(long, value_name = "KIND", default_value_t = NoiseKind::Normal)]
+    noise_kind: NoiseKind,
+    /// The mesh.
+    #[arg(short, long, value_name = "FILE.ply")]
+    output: PathBuf,
+    /// Where to write the true feature lines.
+    #[arg(long, value_name = "FILE.ply")]
+    truth: Option<PathBuf>,
+    /// Move the mesh and the lines, and store coordinates as double.
+    #[arg(long, num_args = 3, value_names = ["X", "Y", "Z"], allow_negative_numbers = true)]
+    offset: Option<Vec<f64>>,
+    /// Vertices and faces in random order. Needs 1.3 times the disk space of the mesh for temporary files beside it.
+    #[arg(long)]
+    shuffle: bool,
+}
+
+#[derive(clap::Args)]
+struct AdversarialArguments {
+    #[arg(help = format!("What to generate: {}", Adversary::FORMS), long_help = adversaries())]
+    name: Adversary,
+    /// Number of triangles; the mesh has about as many.
+    #[arg(long, value_name = "N", default_value = "1e6", value_parser = count)]
+    faces: u64,
+    /// Seed of the mesh.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// The mesh.
+    #[arg(short, long, value_name = "FILE.ply")]
+    output: PathBuf,
+    /// Store coordinates as double.
+    #[arg(long)]
+    double: bool,
+}
+
+#[derive(clap::Args)]
 struct StyleArguments {
     /// Target edge length.
     #[arg(long, value_name = "L", default_value_t = 1.0)]
@@ -99,6 +155,8 @@ fn main() -> Result<()> {
     match Arguments::parse().command {
         Command::Shape(arguments) => write_shape(&arguments),
         Command::Shapes { seed, style } => list(&style.style(), seed),
+        Command::City(arguments) => write_city(&arguments),
+        Command::Adversarial(arguments) => write_adversarial(&arguments),
         Command::Fixtures { directory } => fixtures::write(&directory),
     }
 }
@@ -119,6 +177,44 @@ fn write_shape(arguments: &ShapeArguments) -> Result<()> {
     }
     println!("{} vertices, {} triangles", shape.vertices.len(), shape.faces.len());
     Ok(())
+}
+
+fn write_city(arguments: &CityArguments) -> Result<()> {
+    let city = CityScan::new(arguments.triangles, arguments.seed)?
+        .with_noise(arguments.noise_kind, arguments.noise)?;
+    let style = write::Style {
+        mesh: &arguments.output,
+        truth: arguments.truth.as_deref(),
+        offset: arguments.offset.as_deref().map(DVec3::from_slice),
+        shuffle: arguments.shuffle.then_some(arguments.seed),
+    };
+    let written = write::write(&city, &style)?;
+    let [columns, rows] = city.size();
+    println!("{} vertices, {} triangles, {columns} x {rows} blocks", written.vertices, written.faces);
+    Ok(())
+}
+
+fn write_adversarial(arguments: &AdversarialArguments) -> Result<()> {
+    let mesh = arguments.name.describe(arguments.faces, arguments.seed)?;
+    mesh.write(&arguments.output, if arguments.double { Scalar::Double } else { Scalar::Float })?;
+    println!("{} vertices, {} triangles", mesh.vertices, mesh.faces);
+    Ok(())
+}
+
+/// What each of them is hard for.
+fn adversaries() -> String {
+    let rows = Adversary::ALL.map(|name| format!("{:11} {}", name.to_string(), name.purpose()));
+    format!("What to generate:\n  {}", rows.join("\n  "))
+}
+
+/// A number of things: `250000` or `2.5e5`.
+fn count(word: &str) -> Result<u64, String> {
+    let parsed = word.parse().ok().or_else(|| {
+        let number: f64 = word.parse().ok()?;
+        // Below 2^53 every whole number is exact.
+        (number.fract() == 0.0 && (0.0..9e15).contains(&number)).then_some(number as u64)
+    });
+    parsed.ok_or_else(|| "not a whole number, like 250000 or 2.5e5".to_owned())
 }
 
 /// Prints a row for each shape. Shapes that do not come in the style say so in theirs.

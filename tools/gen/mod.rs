@@ -27,13 +27,17 @@ mod solids;
 mod sphere;
 mod terrain;
 
+pub mod adversarial;
 pub mod fixtures;
 pub mod handmade;
 pub mod noise;
 pub mod ply;
 pub mod random;
+pub mod scan;
 pub mod shape;
 pub mod shapes;
+pub mod shuffle;
+pub mod stream;
 pub mod style;
 
 pub use shapes::ShapeName;

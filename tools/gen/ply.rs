@@ -73,7 +73,11 @@ pub fn line_bytes(lines: &[Vec<DVec3>]) -> Result<Vec<u8>> {
     Ok(bytes)
 }
 
-fn write_header(
+/// Writes a header: positions, and one more element.
+///
+/// # Errors
+/// What the writer says.
+pub fn write_header(
     out: &mut impl Write,
     vertices: usize,
     scalar: &str,

@@ -21,6 +21,15 @@ impl Random {
         Self { state: mixer.next() ^ name }
     }
 
+    /// A generator of its own for each place: what is drawn there does not depend on what is drawn elsewhere.
+    pub fn at(seed: u64, place: [u64; 4]) -> Self {
+        let mut mixer = Self { state: seed };
+        for coordinate in place {
+            mixer.state = mixer.next() ^ coordinate;
+        }
+        Self { state: mixer.next() }
+    }
+
     /// The next 64 random bits.
     pub fn next(&mut self) -> u64 {
         self.state = self.state.wrapping_add(0x9e37_79b9_7f4a_7c15);
