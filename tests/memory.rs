@@ -3,6 +3,10 @@
 //! The real program runs, because it counts what it allocates. In optimised builds it also runs in a memory cgroup, where
 //! the kernel ends whoever takes more, on meshes that are made to be hard.
 
+#[cfg(not(debug_assertions))]
+#[allow(dead_code, reason = "the benchmark uses more of it")]
+#[path = "../tools/bench/scale/cgroup.rs"]
+mod cgroup;
 #[allow(dead_code, unused_imports, reason = "the generator serves the example `gen`, too")]
 #[path = "../tools/gen/mod.rs"]
 mod generator;
@@ -78,8 +82,10 @@ fn no_more_is_allocated_than_allowed() {
     let (_, whole) = place.detect(crease(), "--in-core --progress none");
     let whole = whole.expect("a result");
     // Odd numbers of threads, mapped and read.
-    for (memory, words) in [(16, "--threads 1 --io read"), (16, "--threads 3"), (32, "--threads 2 --io read")] {
-        let (output, result) = place.detect(crease(), &format!("--memory {memory}MB --progress none {words}"));
+    for (memory, words) in [(16, "--threads 1 --io read"), (16, "--threads 3"), (32, "--threads 2 --io read")]
+    {
+        let (output, result) =
+            place.detect(crease(), &format!("--memory {memory}MB --progress none {words}"));
         assert!(output.status.success(), "{output:?}");
         let (peak, tiles) = used(&output);
         assert!(peak <= memory, "{peak} MB of {memory} MB, {words}");
@@ -109,10 +115,6 @@ mod gate {
     use super::generator::adversarial::Adversary;
     use super::generator::ply::Scalar;
     use super::*;
-
-    #[allow(dead_code, reason = "the benchmark uses more of it")]
-    #[path = "../../tools/bench/scale/cgroup.rs"]
-    mod cgroup;
 
     const MEMORY: &str = "64MiB";
     const LIMIT: u64 = 160 << 20;
@@ -149,7 +151,7 @@ mod gate {
 
     fn adversary(kind: Adversary, faces: u64) -> Place {
         Place::with(|mesh| {
-            kind.describe(faces, 3).and_then(|mesh_| mesh_.write(mesh, Scalar::F32)).expect("written");
+            kind.describe(faces, 3).and_then(|mesh_| mesh_.write(mesh, Scalar::Float)).expect("written");
         })
     }
 
@@ -173,7 +175,10 @@ mod gate {
             let Some((output, written)) = limited(&adversary(kind, 1_000_000)) else { return };
             let error = String::from_utf8_lossy(&output.stderr);
             assert_eq!(output.status.code(), Some(4), "{kind}: {error}");
-            assert!(error.contains("faces or more around (") && error.contains("allow more"), "{kind}: {error}");
+            assert!(
+                error.contains("faces or more around (") && error.contains("allow more"),
+                "{kind}: {error}"
+            );
             assert!(written.is_none(), "{kind}: something was written");
         }
     }
