@@ -291,7 +291,7 @@ mod tests {
             *record = self::record(&record.set, &record.noise, 1, &record.method, 10.0);
         }
         let text = tables(&results(records)).unwrap();
-        assert!(text.contains("| 0.2 | 0.98 | 1.000 | 1.000 | 0.70"), "{text}");
+        assert!(text.contains("| 0.2 | 0.98 | 1.000 | 1.000 | 0.67"), "{text}");
         // Nothing was measured there, which is no success.
         assert!(text.contains("| 0.3 | 0.95 | **NaN** | **NaN** |"), "{text}");
         assert!(text.contains("| stairs with treads of 3h | **NaN**"), "{text}");
