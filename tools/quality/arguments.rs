@@ -103,9 +103,10 @@ pub struct ReportArguments {
     /// Write the results.
     #[arg(long, value_name = "FILE.json")]
     pub json: Option<PathBuf>,
-    /// Measure nothing: take the results of `report --json`. The sheet stays as it is.
+    /// Measure nothing: take the results of `report --json`; may be given several times, for different sets. The sheet
+    /// stays as it is.
     #[arg(long, value_name = "FILE.json", conflicts_with_all = ["json", "set"])]
-    pub from: Option<PathBuf>,
+    pub from: Vec<PathBuf>,
 }
 
 #[derive(Args)]

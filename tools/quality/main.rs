@@ -15,12 +15,14 @@ use quality::program::Program;
 use quality::results::Results;
 use quality::run::Bench;
 use quality::sets::{REPORT_SEEDS, Set};
-use quality::{compare, lines_file, markdown, mesh, methods, metric, report, sets, sheet, tables};
+use quality::{compare, lines_file, markdown, mesh, methods, metric, report, sets, sheet, tables, targets};
 use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The document whose tables are generated, below the root of the project.
 const DOCUMENT: &str = "docs/QUALITY.md";
+/// The generated part of the document that holds all sets against what was asked for.
+const TARGETS: &str = "targets";
 /// The sheet of the reference set, below the root of the project.
 const SHEET: &str = "docs/pictures/quality.png";
 
@@ -94,8 +96,17 @@ fn measure(
 fn report(arguments: &ReportArguments) -> Result<()> {
     let document = Path::new(env!("CARGO_MANIFEST_DIR")).join(DOCUMENT);
     let rewrite = |set: &Results| report::replace(&document, &set.records[0].set, &markdown::tables(set));
-    if let Some(path) = &arguments.from {
-        return Results::read(path)?.by_set().iter().try_for_each(rewrite);
+    let conclude = |all: &Results| match targets::tables(all) {
+        Some(text) => report::replace(&document, TARGETS, &text),
+        None => {
+            eprintln!("not all sets are there: the targets stay as they are");
+            Ok(())
+        }
+    };
+    let earlier = arguments.from.iter().map(|path| Results::read(path)).collect::<Result<_>>()?;
+    if let Some(all) = Results::joined(earlier) {
+        all.by_set().iter().try_for_each(rewrite)?;
+        return conclude(&all);
     }
     let all = [Set::All];
     let wanted = if arguments.set.is_empty() { &all[..] } else { &arguments.set };
@@ -113,10 +124,11 @@ fn report(arguments: &ReportArguments) -> Result<()> {
         }
         parts.push(results);
     }
-    match (&arguments.json, Results::joined(parts)) {
-        (Some(path), Some(results)) => results.write(path),
-        _ => Ok(()),
+    let Some(all) = Results::joined(parts) else { return Ok(()) };
+    if let Some(path) = &arguments.json {
+        all.write(path)?;
     }
+    conclude(&all)
 }
 
 fn score(mesh: PathBuf, lines: &Path, truth: &Path) -> Result<()> {

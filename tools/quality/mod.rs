@@ -1,8 +1,8 @@
 //! Scores feature lines against known ones.
 //!
 //! ```text
-//!  sets ──> case ──────────> run ──────────> results ──> tables, markdown ──> report
-//!           generator, pairs │ program, lines_file    └─> compare           └─> sheet
+//!  sets ──> case ──────────> run ──────────> results ──> tables, markdown, targets ──> report
+//!           generator, pairs │ program, lines_file    └─> compare                    └─> sheet
 //!                            │ baselines
 //!                            └ metric
 //! ```
@@ -31,3 +31,4 @@ pub mod run;
 pub mod sets;
 pub mod sheet;
 pub mod tables;
+pub mod targets;

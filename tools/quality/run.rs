@@ -67,6 +67,10 @@ impl Bench<'_> {
         let directory = self.keep.unwrap_or(scratch.path());
         let problem = case.build(directory)?;
         if self.keep.is_some() {
+            if !problem.path.starts_with(directory) {
+                let copy = directory.join(format!("{}.ply", case.stem()));
+                fs::copy(&problem.path, &copy).with_context(|| format!("cannot write {}", copy.display()))?;
+            }
             let curve = |curve: &Vec<u32>| curve.iter().map(|&v| problem.truth.points[v as usize]).collect();
             let curves: Vec<Vec<_>> = problem.truth.curves.iter().map(curve).collect();
             write(&case.truth_path(directory), |out| ply::write_lines(out, &curves))?;

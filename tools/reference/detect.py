@@ -8,7 +8,7 @@ import fit
 DEG = np.pi / 180
 DEFAULT = dict(
     rounds=40, slope=80.0,    # local number of rounds K = min(rounds, round(slope * s0))
-    kappa=4.0, c0=1.5,        # range width = kappa * local noise level (twice that in round 0), at least c0 deg and
+    kappa=4.0, first=2.0, c0=1.5,   # range width = kappa * local noise level (first times that in round 0), at least c0 deg and
     early=5, w_early=30.0, w_max=45.0,   # at most w_early deg in rounds 1 .. early, w_max deg later
     cell=6.0, s_quant=0.5, b_quant=0.3,   # local levels: cube edge in h, quantiles for noise and background
     revote=3,                 # pass B: further votes of the tensors over the one-ring
@@ -23,7 +23,8 @@ DEFAULT = dict(
     along=8, along_calm=16,   # at most so many rounds of averaging along the line for the thinning score
     own=0.25, own_k=30.0,     # a ridge vertex folds itself: T0 shows own (1 - K/own_k) of what T3 shows
     nms_r=1.6, side=2.5,      # thinning radius in h; "across" = (e.b)^2 >= side (e.t)^2
-    q_link=0.6, lsteps=3,     # linking
+    q_link=0.6, c_link=0.7, lsteps=3,   # linking: shares of threshold and crest contrast on the way, most steps
+    across=0.2,               # share of the weight that an edge has which runs across the line
     loop=6.0, loop_k=0.1, prune=6.0, iso=8.0,        # graph, in h; loops below loop + loop_k K are not closed
     q_hi=1.3, strong_frac=0.25,           # hysteresis
     corner=20.0, c_rat=0.4, sharp=30.0,   # classes, deg
@@ -143,7 +144,7 @@ def round_vertex(F, N, A, vfp, vf, w2, go):
 
 
 def refine(m, p):
-    """s0 = local median of the chords |n_f-n_g| over the edges; range width 2 kappa s0 in round 0, then min(kappa s0, w_early or w_max), never below c0.
+    """s0 = local median of the chords |n_f-n_g| over the edges; range width first kappa s0 in round 0, then min(kappa s0, w_early or w_max), never below c0.
     A face takes part in the first K = min(rounds, round(slope s0)) rounds and then stands still. Returns the normals, s0, K at faces, K at vertices"""
     N = m.N
     x = np.linalg.norm(N[m.ea] - N[m.eb], axis=1)
@@ -154,7 +155,7 @@ def refine(m, p):
     s0 = level(m.C)
     K = count(s0)
     for k in range(int(K.max(initial=0))):
-        w = 2 * p['kappa'] * s0 if k == 0 else np.minimum(p['kappa'] * s0, p['w_early' if k <= p['early'] else 'w_max'] * DEG)
+        w = p['first'] * p['kappa'] * s0 if k == 0 else np.minimum(p['kappa'] * s0, p['w_early' if k <= p['early'] else 'w_max'] * DEG)
         w = np.maximum(p['c0'] * DEG, w)
         N = round_vertex(m.F, N, m.A, m.vfp, m.vf, w * w, K > k)
     return N, s0, K, count(level(m.V))
@@ -540,8 +541,14 @@ def unit(x):
 def detect(V, F, mesh=None, **kw):
     p = dict(DEFAULT); p.update(kw)
     m = mesh or Mesh(V, F)
+    r = find(m, refine(m, p), p)
+    return {**r, **drawn(m, r, p)}
+
+
+def find(m, refined, p):
+    """steps B to E: from what refine() returns to the lines, with all fields in between"""
     h = m.h
-    N, s0, K, Kv = refine(m, p)
+    N, s0, K, Kv = refined
     T, NV = vote(m.V, m.C, N, m.A, m.vfp, m.vf, h)
     L, U = eig(T)
     NV = unit(NV)
@@ -582,11 +589,11 @@ def detect(V, F, mesh=None, **kw):
         R = np.where(turns > k, along(m.V, m.vvp, m.vv, t, R), R)
     own = near >= p['own'] * np.maximum(0, 1 - Kv / p['own_k']) * far
     ridge = nms(m.V, m.vvp, m.vv, b, t, R, (q >= 1.0) & crest & own, p['nms_r'] * h, p['side']) & ~isb
-    es = link(X, m.vvp, m.vv, t, R, ridge, stop, ((q >= p['q_link']) & ((SC >= 0.7 * p['rho'] * S) | sure)) | corner, cone, p['lsteps'])
+    es = link(X, m.vvp, m.vv, t, R, ridge, stop, ((q >= p['q_link']) & ((SC >= p['c_link'] * p['rho'] * S) | sure)) | corner, cone, p['lsteps'])
     def weight(a, c):
         d = X[c] - X[a]
         al = 0.5 * (abs(d @ t[a]) + abs(d @ t[c])) / np.sqrt((d * d).sum())
-        return min(R[a], R[c]) * (0.2 + 0.8 * al)
+        return min(R[a], R[c]) * (p['across'] + (1 - p['across']) * al)
     walks = []
     for a, c, i in es:
         if i == 0:
@@ -613,12 +620,20 @@ def detect(V, F, mesh=None, **kw):
             for a in comp:
                 del g.adj[a]
     C = chains(g, set(np.where(corner)[0].tolist()) & set(g.adj))
-    feature = (q >= 1) & crest & ~stop
-    # fits at the vertices of lines and at features: dihedral angle (signed where there are two sides), quadric, slack
+    return dict(polylines=[m.V[np.array(c)] for c in C], chains=C, graph=g, l1=L[:, 0], l2=L[:, 1], l3=L[:, 2], omega=(L[:, 1] + L[:, 2]) / 2,
+                s0=s0, K=K, Kv=Kv, thr=thr, theta=th, chi=chi, SC=SC, phi=ph, bg=bg, saliency=S, q=q, crest=crest, ridge=ridge, corner=corner,
+                boundary=isb, N=N, t=t, b=b, mesh=m)
+
+
+def drawn(m, r, p):
+    """step F: angles and classes of the vertices, fitted lines. Fits at the vertices of lines and at features: dihedral angle (signed where
+    there are two sides), quadric, slack"""
+    C, g, corner, isb, th = r['chains'], r['graph'], r['corner'], r['boundary'], r['theta']
+    feature = (r['q'] >= 1) & r['crest']
     angle = th.copy(); A = np.zeros((len(m.V), 3, 3)); a = np.zeros((len(m.V), 3))
-    noise = np.minimum(Kv / fit.DEFAULT['noisy'], 1)
-    for v in sorted(set(np.where(feature)[0].tolist()) | {v for c in C for v in c}):
-        angle[v], _, A[v], a[v] = fit.fit(m, N, v, t[v], b[v], corner[v], noise[v])
+    noise = np.minimum(r['Kv'] / fit.DEFAULT['noisy'], 1)
+    for v in sorted(set(np.where(feature & ~corner & ~isb)[0].tolist()) | {v for c in C for v in c}):
+        angle[v], _, A[v], a[v] = fit.fit(m, r['N'], v, r['t'][v], r['b'][v], corner[v], noise[v])
         if np.isnan(angle[v]):
             angle[v] = th[v]
     fitted = []
@@ -626,11 +641,10 @@ def detect(V, F, mesh=None, **kw):
         fixed = np.array([corner[v] or len(g.adj[v]) > 2 for v in c])
         round_ = c[0] == c[-1] and not fixed[0]
         i = np.array(c[1:] if round_ else c)
-        x = fit.smooth(m.V[i] / h, A[i], a[i], fit.slack(noise[i]), fixed[1:] if round_ else fixed, round_) * h
+        x = fit.smooth(m.V[i] / m.h, A[i], a[i], fit.slack(noise[i]), fixed[1:] if round_ else fixed, round_) * m.h
         fitted.append(np.vstack([x[-1:], x]) if round_ else x)
     cls = np.zeros(len(m.V), np.int64)          # 0 face, 1 weak edge, 2 sharp edge, 3 corner, 4 boundary
-    cls[(q >= 1) & crest] = 1
-    cls[(q >= 1) & crest & (np.abs(angle) >= p['sharp'] * DEG)] = 2
+    cls[feature] = 1
+    cls[feature & (np.abs(angle) >= p['sharp'] * DEG)] = 2
     cls[corner] = 3; cls[isb] = 4
-    return {'class': cls, **dict(polylines=[m.V[np.array(c)] for c in C], chains=C, fitted=fitted, angle=angle, l1=L[:, 0], l2=L[:, 1], l3=L[:, 2], omega=(L[:, 1] + L[:, 2]) / 2,
-                s0=s0, K=K, Kv=Kv, thr=thr, theta=th, chi=chi, SC=SC, phi=ph, bg=bg, saliency=S, q=q, ridge=ridge, corner=corner, N=N, t=t, b=b, mesh=m)}
+    return {'class': cls, 'fitted': fitted, 'angle': angle}

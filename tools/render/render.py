@@ -150,6 +150,7 @@ def main():
                    help='part of the bounds, as fractions along the ground axes (x,y; with --up y: z,x; with --up x: y,z)')
     a.add_argument('--width', type=float, default=2.5, help='width of the lines in pixels')
     a.add_argument('--no-corners', action='store_true', help='without the dots')
+    a.add_argument('--colours', type=int, help='a palette of so many, for small files; 256 keep the lines as they are')
     argv = sys.argv[1:]
     for i in range(len(argv) - 1):          # a value that begins with a minus and is no number is taken for an option
         if argv[i] == '--view':
@@ -159,7 +160,10 @@ def main():
     img = picture(a.mesh, a.lines, a.truth, a.size, a.view, a.zoom, a.up, a.crop, a.width, not a.no_corners)
     if img is None:
         sys.exit('nothing of the mesh lies in the crop')
-    Image.fromarray(img).save(a.out, optimize=True)
+    img = Image.fromarray(img)
+    if a.colours:       # without dithering, which would cost more bytes than the palette saves
+        img = img.quantize(a.colours, dither=Image.Dither.NONE)
+    img.save(a.out, optimize=True)
 
 
 if __name__ == '__main__':

@@ -8,9 +8,9 @@ import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 from render import picture
 
-TILE = (236, 158)            # pixels
+TILE = (196, 131)            # pixels
 GAP, MARGIN, HEAD = 4, 104, 40
-COLOURS = 96                 # of the palette: enough for the shading, and a third of the bytes
+COLOURS = 48                 # of the palette: enough for the shading, and a third of the bytes
 LINE = 1.3                   # width of found lines in pixels
 
 
