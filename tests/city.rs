@@ -187,14 +187,14 @@ fn written(city: &CityScan, threads: usize, offset: Option<DVec3>, shuffle: Opti
 #[test]
 fn files_are_the_blocks_in_order_for_any_number_of_threads() {
     let city = city(90_000, 6).with_noise(NoiseKind::Normal, 0.03).unwrap();
-    let offset = Some(DVec3::new(5e5, -4e6, 100.0));
-    let [mesh, truth] = written(&city, 1, offset, None);
+    let offset = DVec3::new(5e5, -4e6, 100.0);
+    let [mesh, truth] = written(&city, 1, Some(offset), None);
     for shuffle in [None, Some(2)] {
-        let one = written(&city, 1, offset, shuffle);
-        assert!(one == written(&city, 3, offset, shuffle), "shuffled by {shuffle:?}");
+        let one = written(&city, 1, Some(offset), shuffle);
+        assert!(one == written(&city, 3, Some(offset), shuffle), "shuffled by {shuffle:?}");
     }
     let mut shape = whole(&city);
-    shape.translate(offset.unwrap());
+    shape.translate(offset);
     assert!(mesh == generator::ply::mesh_bytes(&shape, Scalar::Double).unwrap());
     assert!(truth == generator::ply::line_bytes(&shape.lines).unwrap());
 }

@@ -144,11 +144,11 @@ fn candidates(groups: &str, mounts: &str) -> Vec<(Version, PathBuf)> {
         if controllers.split(',').any(|controller| controller == "memory") {
             let own = mounted(mounts, path, "cgroup", "memory");
             found.extend(own.map(|(_, own)| (Version::One, own)));
-        } else if number == "0" {
-            if let Some((root, own)) = mounted(mounts, path, "cgroup2", "") {
-                let upwards = own.ancestors().take_while(|above| above.starts_with(&root));
-                found.extend(upwards.map(|above| (Version::Two, above.to_owned())));
-            }
+        } else if number == "0"
+            && let Some((root, own)) = mounted(mounts, path, "cgroup2", "")
+        {
+            let upwards = own.ancestors().take_while(|above| above.starts_with(&root));
+            found.extend(upwards.map(|above| (Version::Two, above.to_owned())));
         }
     }
     // Version 1 first: where both are mounted, it is the one that has the controller.
