@@ -78,11 +78,11 @@ fn used(output: &Output) -> (u64, u64) {
 
 #[test]
 fn no_more_is_allocated_than_allowed() {
-    let place = Place::city(if cfg!(debug_assertions) { 60_000 } else { 300_000 });
+    let place = Place::city(if cfg!(debug_assertions) { 100_000 } else { 300_000 });
     let (_, whole) = place.detect(crease(), "--in-core --progress none");
     let whole = whole.expect("a result");
     // Odd numbers of threads, mapped and read.
-    for (memory, words) in [(16, "--threads 1 --io read"), (16, "--threads 3"), (32, "--threads 2 --io read")]
+    for (memory, words) in [(24, "--threads 1 --io read"), (24, "--threads 3"), (40, "--threads 2 --io read")]
     {
         let (output, result) =
             place.detect(crease(), &format!("--memory {memory}MB --progress none {words}"));
@@ -159,9 +159,11 @@ mod gate {
     fn meshes_that_are_hard_to_cut() {
         for (kind, faces) in [
             (Adversary::Coincident, 100_000),
-            (Adversary::Fan, 100_000),
-            (Adversary::Needles, 300_000),
-            (Adversary::Pile, 100_000),
+            // Every rim vertex of a fan looks at every other: the time grows with the square.
+            (Adversary::Fan, 20_000),
+            // Slivers lead from everywhere to everywhere: they fit or they do not.
+            (Adversary::Needles, 100_000),
+            (Adversary::Pile, 1_000_000),
             (Adversary::Giants, 300_000),
             (Adversary::Corners, 300_000),
         ] {
@@ -171,7 +173,7 @@ mod gate {
 
     #[test]
     fn what_depends_on_too_much_is_said_with_its_place() {
-        for kind in [Adversary::Coincident, Adversary::Fan, Adversary::Pile] {
+        for kind in [Adversary::Coincident, Adversary::Fan, Adversary::Needles] {
             let Some((output, written)) = limited(&adversary(kind, 1_000_000)) else { return };
             let error = String::from_utf8_lossy(&output.stderr);
             assert_eq!(output.status.code(), Some(4), "{kind}: {error}");
