@@ -12,7 +12,7 @@ use crate::spill::SpillError;
 pub enum Error {
     /// The input cannot be read or is not a mesh.
     #[error(transparent)]
-    Input(#[from] InputError),
+    Input(InputError),
     /// A parameter does not suit this mesh.
     #[error(transparent)]
     Param(#[from] ParamError),
@@ -38,10 +38,19 @@ pub enum Error {
     },
 }
 
+impl From<InputError> for Error {
+    fn from(error: InputError) -> Error {
+        match error {
+            InputError::Spill(error) => Error::Spill(error),
+            other => Error::Input(other),
+        }
+    }
+}
+
 impl From<LoadError> for Error {
     fn from(error: LoadError) -> Error {
         match error {
-            LoadError::Input(error) => Error::Input(error),
+            LoadError::Input(error) => error.into(),
             other => Error::Load(other),
         }
     }

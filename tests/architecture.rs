@@ -33,7 +33,7 @@ const LIMITS: [(&str, &[&str]); 6] = [
     ("math", &[]),
     ("mesh", &[]),
     ("spill", &[]),
-    ("input", &["mesh"]),
+    ("input", &["mesh", "spill"]),
     ("config", &["input"]),
     // Knows what an error is, not what a mesh or a vote is.
     ("error", &["mesh", "spill", "input", "config", "partition", "output"]),

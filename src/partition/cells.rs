@@ -32,10 +32,11 @@ impl Cell {
 }
 
 /// Cuts space until each cell holds about `target` faces or its sample is a single point. Each sample stands for
-/// `stride` faces; the cells come in the order of the splits, which keeps neighbours near each other.
-pub fn cut(mut sample: Vec<DVec3>, stride: u64, target: u64) -> Vec<Cell> {
+/// `stride` faces; the cells come in the order of the splits, which keeps neighbours near each other. The
+/// sample is sorted on the way.
+pub fn cut(sample: &mut [DVec3], stride: u64, target: u64) -> Vec<Cell> {
     let mut cells = Vec::new();
-    split(&mut sample, stride, target.max(1), Cell::everything(0), &mut cells);
+    split(sample, stride, target.max(1), Cell::everything(0), &mut cells);
     cells
 }
 
@@ -83,7 +84,7 @@ mod tests {
         let sample: Vec<DVec3> = (0..1000u32)
             .map(|i| DVec3::new((i * 37 % 101) as f64, (i * 53 % 97) as f64, (i % 3) as f64))
             .collect();
-        let cells = cut(sample.clone(), 2, 50);
+        let cells = cut(&mut sample.clone(), 2, 50);
         assert!(cells.len() >= 40, "{}", cells.len());
         assert_eq!(cells.iter().map(|c| c.faces).sum::<u64>(), 2000);
         assert!(cells.iter().all(|c| c.faces <= 50));
@@ -95,8 +96,8 @@ mod tests {
     #[test]
     fn a_pile_of_equal_points_is_one_cell() {
         let mut sample = vec![DVec3::ONE; 100];
-        assert_eq!(cut(sample.clone(), 1, 10).len(), 1);
+        assert_eq!(cut(&mut sample.clone(), 1, 10).len(), 1);
         sample.push(DVec3::ZERO);
-        assert_eq!(cut(sample, 1, 10).len(), 2);
+        assert_eq!(cut(&mut sample, 1, 10).len(), 2);
     }
 }

@@ -6,7 +6,7 @@
 use super::cells::{Cell, cut};
 use super::lattice::{CubeBox, Lattice};
 use super::region::Region;
-use super::scan::Scan;
+use super::scan::{BlockSummary, Scan};
 use crate::config::{ParamError, Params, Tiling, method};
 use rstar::primitives::{GeomWithData, Rectangle};
 use rstar::{AABB, RTree};
@@ -56,7 +56,7 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// Makes the plan. The sample of the scan is used up.
+    /// Makes the plan. The sample of the scan changes its order.
     ///
     /// # Errors
     /// If a parameter is outside its range for this mesh.
@@ -67,10 +67,18 @@ impl Plan {
         let lattice = Lattice { origin, edge: scale.length(method::LEVEL_CUBE) };
         let cells = match tiling {
             Tiling::InCore => vec![Cell::everything(scan.faces)],
-            Tiling::Faces(target) => cut(std::mem::take(&mut scan.sample), scan.sample_stride, target),
+            Tiling::Faces(target) => cut(&mut scan.sample, scan.sample_stride, target),
         };
-        let block_ranges: Vec<Option<CubeBox>> = scan
-            .blocks
+        let empty = (Vec::new(), Vec::new(), RTree::new());
+        let (block_ranges, block_faces, directory) = empty;
+        let plan = Plan { scale, lattice, cells, block_ranges, block_faces, directory };
+        Ok(plan.over(&scan.blocks))
+    }
+
+    /// The same plan over other blocks of the same faces.
+    pub fn over(self, blocks: &[BlockSummary]) -> Plan {
+        let Plan { scale, lattice, cells, .. } = self;
+        let block_ranges: Vec<Option<CubeBox>> = blocks
             .iter()
             .map(|block| {
                 (!block.bounds.is_empty()).then(|| CubeBox {
@@ -83,8 +91,8 @@ impl Plan {
             range.map(|r| GeomWithData::new(Rectangle::from_corners(as_f64(r.min), as_f64(r.max)), i))
         });
         let directory = RTree::bulk_load(entries.collect());
-        let block_faces = scan.blocks.iter().map(|b| b.faces).collect();
-        Ok(Plan { scale, lattice, cells, block_ranges, block_faces, directory })
+        let block_faces = blocks.iter().map(|b| b.faces).collect();
+        Plan { scale, lattice, cells, block_ranges, block_faces, directory }
     }
 
     /// Whether one tile holds the whole mesh, so that nothing lies outside any region.
