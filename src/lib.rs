@@ -73,7 +73,7 @@ pub mod voting;
 #[doc(hidden)]
 pub mod cli;
 
-pub use config::{Limits, Method, PaperThresholds, Params, Sigma, Tiling};
+pub use config::{Limits, Method, Order, PaperThresholds, Params, Sigma, Tiling};
 pub use error::Error;
 pub use glam;
 pub use pipeline::{Detection, Job, Observer, Silent};

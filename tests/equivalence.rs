@@ -63,7 +63,7 @@ fn assert_equivalent(mesh: &Path, params: Params, limits: &[Limits]) {
 }
 
 fn limits(faces: Option<u64>, threads: usize, io: IoMode) -> Limits {
-    Limits { tiling: faces.map_or(Tiling::InCore, Tiling::Faces), threads, io }
+    Limits { tiling: faces.map_or(Tiling::InCore, Tiling::Faces), threads, io, ..Limits::default() }
 }
 
 /// Every combination.

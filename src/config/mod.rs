@@ -156,6 +156,18 @@ pub enum Tiling {
     Faces(u64),
 }
 
+/// What is done about a file whose faces lie in no spatial order.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Order {
+    /// Rewrite it if that costs less than reading it over and over.
+    #[default]
+    Auto,
+    /// Work on the file as it is.
+    Keep,
+    /// Rewrite it.
+    Rewrite,
+}
+
 /// How the work is done; none of this changes the result.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limits {
@@ -165,11 +177,13 @@ pub struct Limits {
     pub tiling: Tiling,
     /// How the input is read.
     pub io: IoMode,
+    /// What is done about a file without spatial order.
+    pub order: Order,
 }
 
 impl Default for Limits {
     fn default() -> Self {
-        Limits { threads: 0, tiling: Tiling::Faces(DEFAULT_TILE_FACES), io: IoMode::Auto }
+        Limits { threads: 0, tiling: Tiling::Faces(DEFAULT_TILE_FACES), io: IoMode::Auto, order: Order::Auto }
     }
 }
 

@@ -58,9 +58,9 @@ impl Locality {
         }
     }
 
-    /// Whether the vertices of a face lie all over the file.
-    pub fn is_scattered(&self) -> bool {
-        is_scattered(self.vertex_reads)
+    /// Whether so many reads of a vertex in one pass mean that the vertices of a face lie all over the file.
+    pub fn is_scattered(vertex_reads: f64) -> bool {
+        vertex_reads > SCATTERED
     }
 
     /// Whether tiles read so much in vain that rewriting the mesh costs less. What rewriting costs is known in passes
@@ -68,11 +68,6 @@ impl Locality {
     pub fn rewriting_pays(&self) -> bool {
         self.face_reads - self.needed_reads > REWRITING
     }
-}
-
-/// Whether so many reads of a vertex in one pass mean that there is no order.
-pub(super) fn is_scattered(vertex_reads: f64) -> bool {
-    vertex_reads > SCATTERED
 }
 
 /// How often a vertex is fetched in one pass over the faces, if 256 vertices are fetched at a time and a cache keeps 256 of
@@ -140,8 +135,8 @@ mod tests {
             Locality::new(&plan, &found, vertex_reads(&source).expect("blocks"))
         };
         let (rows, none) = (measured(false), measured(true));
-        assert!(!rows.is_scattered() && !rows.rewriting_pays(), "{rows:?}");
-        assert!(none.is_scattered() && none.rewriting_pays(), "{none:?}");
+        assert!(!Locality::is_scattered(rows.vertex_reads) && !rows.rewriting_pays(), "{rows:?}");
+        assert!(Locality::is_scattered(none.vertex_reads) && none.rewriting_pays(), "{none:?}");
         assert!((rows.needed_reads - none.needed_reads).abs() < 0.3, "{rows:?} {none:?}");
         assert!(none.face_reads > 30.0, "every tile reads everything: {none:?}");
     }

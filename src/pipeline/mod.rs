@@ -4,6 +4,7 @@ mod census;
 mod certify;
 mod compute;
 mod events;
+mod order;
 mod paper;
 mod run;
 

@@ -6,6 +6,7 @@
 use super::certify::{Certified, Halo, certify};
 use super::compute::{TileResult, compute};
 use super::events::{Event, Observer, Stage};
+use super::order::{Mesh, ORDER_MEMORY, Rewriter, Workspace};
 use super::paper::PaperMethod;
 use crate::config::{Limits, Method, PaperThresholds, Params};
 use crate::error::Error;
@@ -18,6 +19,7 @@ use crate::stitch::{Defects, Fragments, LineSet, stitch};
 use crossbeam::channel::{Receiver, Sender, bounded};
 use rayon::ThreadPool;
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::{Duration, Instant};
 
@@ -47,6 +49,10 @@ pub struct Work {
     pub loaded_faces: u64,
     /// How often a region had to grow because the mesh reached farther than expected.
     pub regrown: u64,
+    /// Whether tiles were loaded from a copy of the mesh in spatial order.
+    pub rewritten: bool,
+    /// The most bytes of temporary files at a time.
+    pub temporary_bytes: u64,
     /// Wall time of each stage.
     pub stages: Vec<(Stage, Duration)>,
 }
@@ -59,6 +65,7 @@ pub struct Job<'a> {
     observer: &'a dyn Observer,
     pool: ThreadPool,
     reach_factor: f64,
+    workspace: Workspace,
 }
 
 /// Tiles waiting between two stages. One keeps the workers busy while the loader reads on; more would only cost memory.
@@ -82,7 +89,22 @@ impl<'a> Job<'a> {
             .thread_name(|i| format!("crease-{i}"))
             .build()
             .map_err(|e| Error::Threads(e.to_string()))?;
-        Ok(Job { source, params, limits, observer, pool, reach_factor: 1.0 })
+        let workspace = Workspace { directory: PathBuf::from("."), force: false, memory: ORDER_MEMORY };
+        Ok(Job { source, params, limits, observer, pool, reach_factor: 1.0, workspace })
+    }
+
+    /// Chooses where temporary files go, if some are needed; `force` begins even if the disk seems too small. The default
+    /// is the current directory.
+    pub fn with_workspace(mut self, directory: &Path, force: bool) -> Self {
+        self.workspace.directory = directory.to_owned();
+        self.workspace.force = force;
+        self
+    }
+
+    /// Chooses how many bytes of memory sorting the mesh may use; 256 MiB if nothing is said.
+    pub fn with_order_memory(mut self, bytes: u64) -> Self {
+        self.workspace.memory = bytes;
+        self
     }
 
     /// Makes the halo too thin or too wide by `factor`. Only a test has a use for a wrong one.
@@ -97,9 +119,13 @@ impl<'a> Job<'a> {
     /// # Errors
     /// If the input is bad or a parameter does not suit it.
     pub fn plan(&self) -> Result<(Scan, Plan), Error> {
+        self.plan_of(self.source)
+    }
+
+    fn plan_of(&self, source: &dyn MeshSource) -> Result<(Scan, Plan), Error> {
         self.observer.event(Event::Started { stage: Stage::Scan, total: self.source.face_count() });
         let progress = |faces| self.observer.event(Event::Advanced { stage: Stage::Scan, by: faces });
-        let mut found = self.pool.install(|| scan(self.source, &progress))?;
+        let mut found = self.pool.install(|| scan(source, &progress))?;
         let plan = self.pool.install(|| Plan::new(&mut found, &self.params, self.limits.tiling))?;
         Ok((found, plan))
     }
@@ -110,7 +136,8 @@ impl<'a> Job<'a> {
     /// If the input is bad, a resource runs out, or `fields` refuses.
     pub fn run(&self, fields: Option<&mut dyn FieldSink>) -> Result<Detection, Error> {
         let mut work = Work::default();
-        let (scan, plan) = self.timed(Stage::Scan, &mut work, || self.plan())?;
+        let (mesh, scan, plan) = self.prepare(&mut work)?;
+        let source = mesh.source();
         work.sigma = match self.params.sigma.is_zero() {
             true => 0.0,
             false => plan.scale.length(crate::config::method::SIGMA_EDGES),
@@ -121,21 +148,55 @@ impl<'a> Job<'a> {
             Method::Paper(thresholds) => {
                 self.observer.event(Event::Started { stage: Stage::Survey, total: 2 * work.tiles });
                 let started = Instant::now();
-                let extremes = self.survey(&plan, thresholds, &mut work)?;
+                let extremes = self.survey(source, &plan, thresholds, &mut work)?;
                 self.finished(Stage::Survey, started, &mut work);
                 extremes
             }
         };
         self.observer.event(Event::Started { stage: Stage::Tiles, total: work.tiles });
         let started = Instant::now();
-        let fragments = self.tiles(&plan, &extremes, fields, &mut work)?;
+        let fragments = self.tiles(source, &plan, &extremes, fields, &mut work)?;
         self.finished(Stage::Tiles, started, &mut work);
+        // Temporary files go before the results come.
+        drop(mesh);
         self.observer.event(Event::Started { stage: Stage::Stitch, total: fragments.links.len() as u64 });
         let defects = fragments.defects;
         let lines = self.timed(Stage::Stitch, &mut work, || {
             Ok::<_, Error>(stitch(fragments, &plan.scale, &self.params))
         })?;
         Ok(Detection { lines, scan, defects, work })
+    }
+
+    /// Scan, plan, and the mesh in an order that tiles can be loaded from.
+    fn prepare(&self, work: &mut Work) -> Result<(Mesh<'a>, Scan, Plan), Error> {
+        let rewriter = Rewriter {
+            source: self.source,
+            limits: &self.limits,
+            workspace: &self.workspace,
+            pool: &self.pool,
+            observer: self.observer,
+        };
+        let mut rewrite = rewriter.look()?;
+        let joined = match rewrite.joins() {
+            true => Some(self.timed(Stage::Order, work, || rewriter.join(&mut rewrite))?),
+            false => None,
+        };
+        let source = joined.as_ref().map_or(self.source, |joined| joined as &dyn MeshSource);
+        let (mut scan, mut plan) = self.timed(Stage::Scan, work, || self.plan_of(source))?;
+        work.rewritten = rewriter.sorts(&rewrite, &scan, &plan);
+        let mesh = match (work.rewritten, joined) {
+            (true, joined) => {
+                let store = self.timed(Stage::Order, work, || rewriter.sort(&mut rewrite, joined, &scan))?;
+                plan = plan.over(store.summaries());
+                Mesh::Sorted(store)
+            }
+            (false, Some(joined)) => Mesh::Joined(joined),
+            (false, None) => Mesh::File(self.source),
+        };
+        // Of no use any more.
+        scan.sample = Vec::new();
+        work.temporary_bytes = rewrite.peak_bytes();
+        Ok((mesh, scan, plan))
     }
 
     fn timed<T>(
@@ -157,18 +218,24 @@ impl<'a> Job<'a> {
     }
 
     /// The numbers of the whole mesh that the paper method needs, in two passes.
-    fn survey(&self, plan: &Plan, thresholds: &PaperThresholds, work: &mut Work) -> Result<Extremes, Error> {
+    fn survey(
+        &self,
+        source: &dyn MeshSource,
+        plan: &Plan,
+        thresholds: &PaperThresholds,
+        work: &mut Work,
+    ) -> Result<Extremes, Error> {
         let stage = Stage::Survey;
         let method = PaperMethod { plan, sigma: self.params.sigma, thresholds };
         let mut omega = OmegaRange::default();
         let range = |tile: &Certified| method.omega_range(tile);
-        work.regrown += self.over_tiles(plan, stage, Pass::Omega, range, |range| {
+        work.regrown += self.over_tiles((source, plan), stage, Pass::Omega, range, |range| {
             omega = omega.join(range);
             Ok(())
         })?;
         let mut salience = 0.0f64;
         let largest = |tile: &Certified| method.largest_salience(tile, omega);
-        work.regrown += self.over_tiles(plan, stage, Pass::Salience, largest, |largest| {
+        work.regrown += self.over_tiles((source, plan), stage, Pass::Salience, largest, |largest| {
             salience = salience.max(largest);
             Ok(())
         })?;
@@ -178,6 +245,7 @@ impl<'a> Job<'a> {
     /// The fragments of all tiles.
     fn tiles(
         &self,
+        source: &dyn MeshSource,
         plan: &Plan,
         extremes: &Extremes,
         mut fields: Option<&mut dyn FieldSink>,
@@ -186,15 +254,16 @@ impl<'a> Job<'a> {
         let with_fields = fields.is_some();
         let mut all = Fragments::default();
         let compute = |tile: &Certified| compute(tile, plan, &self.params, extremes, with_fields);
-        let regrown = self.over_tiles(plan, Stage::Tiles, Pass::Links, compute, |tile: TileResult| {
-            work.loaded_faces += tile.loaded_faces;
-            work.owned_faces += tile.owned_faces;
-            if let Some(fields) = &mut fields {
-                fields.take(&tile.fields)?;
-            }
-            all.append(tile.fragments);
-            Ok(())
-        })?;
+        let regrown =
+            self.over_tiles((source, plan), Stage::Tiles, Pass::Links, compute, |tile: TileResult| {
+                work.loaded_faces += tile.loaded_faces;
+                work.owned_faces += tile.owned_faces;
+                if let Some(fields) = &mut fields {
+                    fields.take(&tile.fields)?;
+                }
+                all.append(tile.fragments);
+                Ok(())
+            })?;
         work.regrown += regrown;
         Ok(all)
     }
@@ -214,7 +283,7 @@ impl<'a> Job<'a> {
     /// order. Returns how often a region had to grow.
     fn over_tiles<T: Send>(
         &self,
-        plan: &Plan,
+        (source, plan): (&dyn MeshSource, &Plan),
         stage: Stage,
         pass: Pass,
         compute: impl Fn(&Certified) -> T + Sync,
@@ -226,7 +295,7 @@ impl<'a> Job<'a> {
         let regrown = AtomicU32::new(0);
         std::thread::scope(|scope| {
             let failed = to_committer.clone();
-            scope.spawn(|| self.load_tiles(plan, &halo, to_workers, failed, &regrown));
+            scope.spawn(|| self.load_tiles((source, plan), &halo, to_workers, failed, &regrown));
             for _ in 0..WORKERS {
                 let (from_loader, to_committer) = (from_loader.clone(), to_committer.clone());
                 scope.spawn(|| self.work_on_tiles(&compute, from_loader, to_committer));
@@ -247,7 +316,7 @@ impl<'a> Job<'a> {
 
     fn load_tiles<T>(
         &self,
-        plan: &Plan,
+        (source, plan): (&dyn MeshSource, &Plan),
         halo: &Halo,
         to_workers: Sender<Certified>,
         failed: Sender<Result<T, Error>>,
@@ -258,7 +327,7 @@ impl<'a> Job<'a> {
         for id in (0..plan.cells.len() as u32).map(TileId) {
             let loaded = guarded(id, || {
                 self.pool
-                    .install(|| certify(self.source, plan, halo, id, halo.margin(plan, rounds_hint)))
+                    .install(|| certify(source, plan, halo, id, halo.margin(plan, rounds_hint)))
                     .map_err(Error::from)
             });
             match loaded {

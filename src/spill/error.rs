@@ -16,6 +16,19 @@ pub enum SpillError {
         /// What the system said.
         source: io::Error,
     },
+    /// The disk is too small for what is known to come.
+    #[error(
+        "{path}: some {needed} bytes are needed for temporary files, but only {free} are free; choose another disk with --workspace, or try with --force",
+        path = path.display()
+    )]
+    NoRoom {
+        /// The directory.
+        path: PathBuf,
+        /// Bytes that are needed at most.
+        needed: u64,
+        /// Bytes that are free.
+        free: u64,
+    },
     /// The file does not hold what was written to it.
     #[error(
         "temporary file {path}: the block at byte {offset} is damaged ({reason}); check the disk, or choose another with --workspace",

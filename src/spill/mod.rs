@@ -9,12 +9,14 @@
 //! synced to the disk, because nothing here outlives the process.
 
 mod buckets;
+mod disk;
 mod error;
 mod file;
 mod reader;
 mod scratch;
 
 pub use buckets::Buckets;
+pub use disk::{check_room, free_bytes, is_in_memory};
 pub use error::SpillError;
 pub use file::{Extent, SpillFile, SpillWriter};
 pub use reader::{BlockReader, SpillReader};

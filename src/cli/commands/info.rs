@@ -11,7 +11,7 @@ use crate::config::{Limits, Params, method};
 use crate::error::Error;
 use crate::input::ply::{PropertyKind, ScalarType};
 use crate::input::{MeshSource, PlySource};
-use crate::partition::{Plan, Reach, Scan};
+use crate::partition::{Locality, Plan, Reach, Scan, temporary_bytes, vertex_reads};
 use crate::pipeline::{Event, Job, Observer, Stage};
 use std::time::Instant;
 
@@ -21,10 +21,6 @@ const BYTES_PER_FACE: u64 = 350;
 const TILES_IN_FLIGHT: u64 = 4;
 /// With fewer steps than this in a median edge, rounding of the coordinates tilts the faces by half a degree or more.
 const LEAST_STEPS: f64 = 100.0;
-/// A file whose blocks are read more often than this has its faces in a bad order.
-const MOST_READS: f64 = 8.0;
-/// A tile of less blocks than this says nothing about the order of the file.
-const LEAST_BLOCKS: u64 = 8;
 
 /// Does what `args` ask for.
 ///
@@ -43,6 +39,8 @@ pub(in crate::cli) fn info(args: &InfoArgs) -> Result<Exit, Failure> {
     text.push_str(&precision(&source, &scan));
     text.push_str(&defects(&source, &scan));
     text.push_str(&plan_text(&plan, scan.faces));
+    let vertex_reads = vertex_reads(&source)?;
+    text.push_str(&order(&source, &Locality::new(&plan, &scan, vertex_reads), plan.is_in_core()));
     console::print(&text)?;
     Ok(Exit::Done)
 }
@@ -163,8 +161,6 @@ fn defects(source: &PlySource, scan: &Scan) -> String {
 /// What the tiles of the plan would read.
 #[derive(Debug, Default, PartialEq)]
 struct Reads {
-    /// Blocks, summed over the tiles.
-    blocks: u64,
     /// Faces in these blocks, summed over the tiles.
     faces: u64,
     /// Faces in the blocks of the tile that meets the most.
@@ -177,11 +173,7 @@ impl Reads {
         plan.cells.iter().fold(Reads::default(), |sum, cell| {
             let met = plan.blocks_in(&plan.first_region(cell, margin));
             let faces = met.iter().map(|&block| u64::from(plan.block_faces[block])).sum();
-            Reads {
-                blocks: sum.blocks + met.len() as u64,
-                faces: sum.faces + faces,
-                largest: sum.largest.max(faces),
-            }
+            Reads { faces: sum.faces + faces, largest: sum.largest.max(faces) }
         })
     }
 }
@@ -195,19 +187,29 @@ fn plan_text(plan: &Plan, faces: u64) -> String {
     out.push_str(&entry("tiles", &grouped(tiles)));
     let halo = 100.0 * (reads.faces as f64 / faces.max(1) as f64 - 1.0).max(0.0);
     out.push_str(&entry("halo overhead", &format!("at most {} %", with_decimals(halo, 0))));
-    let blocks = plan.block_faces.len() as u64;
-    let times = reads.blocks as f64 / blocks.max(1) as f64;
-    let of_faces = counted(blocks, "block", "blocks");
-    out.push_str(&entry("locality", &format!("{of_faces} of faces, each read {times:.1} times on average")));
-    // Tiles that are hardly larger than a block read blocks over and over in any file.
-    if times > MOST_READS && blocks >= LEAST_BLOCKS * tiles {
-        out.push_str(
-            "  warning: faces that are neighbours in space are far apart in the file, so much of it is read for each tile.\n  \
-             Larger tiles, or a mesh that was sorted in space, need less time.\n",
-        );
-    }
     let memory = reads.largest * BYTES_PER_FACE * tiles.min(TILES_IN_FLIGHT);
     out.push_str(&entry("memory", &format!("at most about {} (an estimate)", bytes(memory))));
+    out
+}
+
+/// What the order of the file means for the work.
+fn order(source: &PlySource, locality: &Locality, in_core: bool) -> String {
+    let Locality { face_reads, needed_reads, vertex_reads } = *locality;
+    let scattered = if Locality::is_scattered(vertex_reads) { "scattered" } else { "near each other" };
+    let mut out = entry(
+        "locality",
+        &format!(
+            "each face is read {face_reads:.1} times, {needed_reads:.1} times in the best order; the vertices of a face \
+             are {scattered} ({vertex_reads:.1} fetches)"
+        ),
+    );
+    if locality.rewriting_pays() && !in_core {
+        let most = bytes(temporary_bytes(source, Locality::is_scattered(vertex_reads)));
+        out.push_str(&entry(
+            "temporary files",
+            &format!("at most about {most}: detect rewrites the mesh in spatial order first"),
+        ));
+    }
     out
 }
 
