@@ -22,6 +22,9 @@ pub struct Locality {
 /// Passes over the mesh that rewriting it is worth: it reads the input twice and writes and reads two copies of twice to
 /// three times its size.
 const REWRITING: f64 = 8.0;
+/// Reads over needed reads below which it is never worth it: blocks of a copy have corners that are read in vain too, and
+/// where halos are most of what is read, votes take far longer than reading.
+const WASTE: f64 = 2.0;
 /// Vertices that are fetched more often than this in one pass lie in no order that helps. Rows of a grid that is wider than
 /// a block come to 4, shuffled files to hundreds.
 const SCATTERED: f64 = 16.0;
@@ -66,7 +69,7 @@ impl Locality {
     /// Whether tiles read so much in vain that rewriting the mesh costs less. What rewriting costs is known in passes
     /// over the file; a scattered gather is a question of memory and is decided before the scan.
     pub fn rewriting_pays(&self) -> bool {
-        self.face_reads - self.needed_reads > REWRITING
+        self.face_reads - self.needed_reads > REWRITING && self.face_reads > WASTE * self.needed_reads
     }
 }
 
