@@ -16,6 +16,7 @@ pub fn free_bytes(directory: &Path) -> Result<u64, SpillError> {
 /// Whether files in `directory` are kept in memory, so that spilling to it saves nothing. False where nothing is known.
 pub fn is_in_memory(directory: &Path) -> bool {
     #[cfg(target_os = "linux")]
+    #[allow(clippy::unnecessary_cast, reason = "the type of the field differs between processors")]
     {
         const TMPFS: i64 = 0x0102_1994;
         const RAMFS: i64 = 0x8584_58f6;
