@@ -16,12 +16,23 @@ fn width(count: u64) -> usize {
 /// Appends the low `width` bytes of `x`.
 #[inline]
 pub fn put(out: &mut Vec<u8>, x: u64, width: usize) {
-    out.extend_from_slice(&x.to_le_bytes()[..width]);
+    // Copies of a length that is known at compile time are one instruction, others a call.
+    match width {
+        2 => out.extend_from_slice(&(x as u16).to_le_bytes()),
+        4 => out.extend_from_slice(&(x as u32).to_le_bytes()),
+        _ => out.extend_from_slice(&x.to_le_bytes()[..width]),
+    }
 }
 
 /// The number that these bytes are.
 #[inline]
 pub fn number(bytes: &[u8]) -> u64 {
+    if let &[a, b, c, d] = bytes {
+        return u64::from(u32::from_le_bytes([a, b, c, d]));
+    }
+    if let &[a, b] = bytes {
+        return u64::from(u16::from_le_bytes([a, b]));
+    }
     let mut raw = [0; 8];
     raw[..bytes.len()].copy_from_slice(bytes);
     u64::from_le_bytes(raw)
