@@ -134,13 +134,13 @@ mod tests {
             let (positions, faces) = grid(601, shuffled);
             let source = MemorySource::new(&positions, &faces).expect("a mesh");
             let mut found = scan(&source, &|_| {}).expect("a scan");
-            let plan = Plan::new(&mut found, &Params::default(), Tiling::Faces(20_000)).expect("a plan");
+            let plan = Plan::new(&mut found, &Params::default(), Tiling::Faces(80_000)).expect("a plan");
             Locality::new(&plan, &found, vertex_reads(&source).expect("blocks"))
         };
         let (rows, none) = (measured(false), measured(true));
         assert!(!Locality::is_scattered(rows.vertex_reads) && !rows.rewriting_pays(), "{rows:?}");
         assert!(Locality::is_scattered(none.vertex_reads) && none.rewriting_pays(), "{none:?}");
         assert!((rows.needed_reads - none.needed_reads).abs() < 0.3, "{rows:?} {none:?}");
-        assert!(none.face_reads > 30.0, "every tile reads everything: {none:?}");
+        assert!(none.face_reads >= 15.0, "every tile reads everything: {none:?}");
     }
 }
