@@ -5,6 +5,7 @@ use crate::input::InputError;
 use crate::mesh::TileId;
 use crate::output::OutputError;
 use crate::partition::LoadError;
+use crate::spill::SpillError;
 use glam::DVec3;
 
 /// A run that did not succeed.
@@ -12,7 +13,7 @@ use glam::DVec3;
 pub enum Error {
     /// The input cannot be read or is not a mesh.
     #[error(transparent)]
-    Input(#[from] InputError),
+    Input(InputError),
     /// A parameter does not suit this mesh.
     #[error(transparent)]
     Param(#[from] ParamError),
@@ -46,6 +47,9 @@ pub enum Error {
         /// What is allowed.
         memory: u64,
     },
+    /// A temporary file failed.
+    #[error(transparent)]
+    Spill(#[from] SpillError),
     /// A result cannot be written.
     #[error(transparent)]
     Output(#[from] OutputError),
@@ -62,10 +66,19 @@ pub enum Error {
     },
 }
 
+impl From<InputError> for Error {
+    fn from(error: InputError) -> Error {
+        match error {
+            InputError::Spill(error) => Error::Spill(error),
+            other => Error::Input(other),
+        }
+    }
+}
+
 impl From<LoadError> for Error {
     fn from(error: LoadError) -> Error {
         match error {
-            LoadError::Input(error) => Error::Input(error),
+            LoadError::Input(error) => error.into(),
             other => Error::Load(other),
         }
     }

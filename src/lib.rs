@@ -66,13 +66,14 @@ pub mod output;
 pub mod partition;
 pub mod pipeline;
 pub mod refine;
+pub mod spill;
 pub mod stitch;
 pub mod voting;
 
 #[doc(hidden)]
 pub mod cli;
 
-pub use config::{Limits, Method, PaperThresholds, Params, Sigma, Tiling};
+pub use config::{Limits, Method, Order, PaperThresholds, Params, Sigma, Tiling};
 pub use error::Error;
 pub use glam;
 pub use pipeline::{Detection, Job, Observer, Silent};

@@ -5,7 +5,7 @@
 
 use super::memory_limit::default_memory;
 use super::method::{MethodArgs, refusal};
-use crate::config::{Limits, Params, Sigma, Tiling, method};
+use crate::config::{Limits, Order, Params, Sigma, Tiling, method};
 use crate::input::IoMode;
 use crate::stitch::Geometry;
 use clap::{Args, Parser, Subcommand, ValueEnum};
@@ -233,6 +233,15 @@ pub(super) struct WorkArgs {
     /// network drives; `auto` maps if the system can.
     #[arg(long, value_enum, value_name = "MODE", help_heading = HOW, default_value = "auto", hide_possible_values = true)]
     pub io: Io,
+
+    /// Whether a mesh without spatial order is rewritten, for those who measure: `auto`, `keep`, `rewrite`.
+    #[arg(long, value_enum, value_name = "ORDER", help_heading = HOW, default_value = "auto", hide = true)]
+    order: OrderArg,
+
+    /// The directory for temporary files, which are needed if faces that are neighbours in space are far apart in the file:
+    /// up to three times its size. Default: that of the output.
+    #[arg(long, value_name = "DIR", help_heading = HOW)]
+    pub workspace: Option<PathBuf>,
 }
 
 impl WorkArgs {
@@ -246,7 +255,7 @@ impl WorkArgs {
         };
         let memory = self.memory.unwrap_or_else(default_memory);
         let threads = if self.threads == 0 { processors() } else { self.threads.into() };
-        Limits { threads, tiling, io: self.io.into(), memory }
+        Limits { threads, tiling, io: self.io.into(), memory, order: self.order.into() }
     }
 }
 
@@ -288,6 +297,24 @@ impl From<Io> for IoMode {
             Io::Auto => IoMode::Auto,
             Io::Map => IoMode::Map,
             Io::Read => IoMode::Read,
+        }
+    }
+}
+
+/// What is done about a file without spatial order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum OrderArg {
+    Auto,
+    Keep,
+    Rewrite,
+}
+
+impl From<OrderArg> for Order {
+    fn from(order: OrderArg) -> Order {
+        match order {
+            OrderArg::Auto => Order::Auto,
+            OrderArg::Keep => Order::Keep,
+            OrderArg::Rewrite => Order::Rewrite,
         }
     }
 }

@@ -174,6 +174,15 @@ impl Outcome<'_> {
         };
         let tiles = counted(work.tiles, "tile", "tiles");
         f.write_str(&entry("tiles", &format!("{tiles}, halo overhead {halo:.1} %{regrown}")))?;
+        if work.temporary_bytes > 0 {
+            let what = if work.rewritten {
+                "the mesh was rewritten in spatial order"
+            } else {
+                "positions were joined to faces"
+            };
+            let most = bytes(work.temporary_bytes);
+            f.write_str(&entry("temporary files", &format!("at most {most} at a time; {what}")))?;
+        }
         f.write_str(&entry("threads", &format!("{}, io {}", grouped(self.threads as u64), self.io)))?;
         f.write_str(&entry("wall time", &span(self.wall)))?;
         f.write_str(&entry("CPU time", &self.cpu.map_or_else(not_available, span)))?;
@@ -268,6 +277,8 @@ mod tests {
             owned_faces: 1000,
             loaded_faces: 1250,
             regrown: 1,
+            rewritten: false,
+            temporary_bytes: 0,
             stages: vec![(Stage::Scan, Duration::from_secs(1))],
         };
         Detection { lines: LineSet { lines, ..LineSet::default() }, scan, defects, work }

@@ -158,6 +158,18 @@ pub enum Tiling {
     Faces(u64),
 }
 
+/// What is done about a file whose faces lie in no spatial order.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Order {
+    /// Rewrite it if that costs less than reading it over and over.
+    #[default]
+    Auto,
+    /// Work on the file as it is.
+    Keep,
+    /// Rewrite it.
+    Rewrite,
+}
+
 /// How the work is done; none of this changes the result.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limits {
@@ -170,11 +182,13 @@ pub struct Limits {
     /// Bytes that may be allocated at a time, at the peak. Mapped files are not counted: the system takes their memory
     /// back when somebody needs it.
     pub memory: u64,
+    /// What is done about a file without spatial order.
+    pub order: Order,
 }
 
 impl Default for Limits {
     fn default() -> Self {
-        Limits { threads: 0, tiling: Tiling::Auto, io: IoMode::Auto, memory: NO_LIMIT }
+        Limits { threads: 0, tiling: Tiling::Auto, io: IoMode::Auto, memory: NO_LIMIT, order: Order::Auto }
     }
 }
 

@@ -1,5 +1,6 @@
 //! What can be wrong with an input, with the place in the file and what to do about it.
 
+use crate::spill::SpillError;
 use std::io;
 use std::path::PathBuf;
 
@@ -80,6 +81,9 @@ pub enum InputError {
         /// How many positions were given.
         vertices: u64,
     },
+    /// A copy of the mesh in temporary files failed.
+    #[error(transparent)]
+    Spill(#[from] SpillError),
     /// The caller asked for something the mesh does not have.
     #[error("{name}: {what} {index} was asked for, but there are only {count}")]
     NoSuch {

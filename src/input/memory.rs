@@ -62,8 +62,7 @@ impl MeshSource for MemorySource<'_> {
         let Some(faces) = self.faces.chunks(BLOCK as usize).nth(block) else {
             return Err(self.no_such("block", block as u64, self.block_count() as u64));
         };
-        out.first = FaceId(block as u64 * BLOCK);
-        out.corners.clear();
+        out.restart(FaceId(block as u64 * BLOCK));
         out.corners.extend(faces.iter().map(|face| face.map(|index| VertexId(u64::from(index)))));
         Ok(())
     }

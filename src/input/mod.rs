@@ -21,13 +21,30 @@ use glam::DVec3;
 /// Polygons per block, unless the mesh is so large that there would be too many blocks.
 pub const BLOCK: u64 = 4096;
 
-/// Consecutive triangles of the input, in file order.
+/// Triangles of the input by ascending id.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct FaceBlock {
     /// Global id of the first triangle.
     pub first: FaceId,
+    /// Global id of each triangle where they are not consecutive; empty where they are.
+    pub ids: Vec<FaceId>,
     /// Corners of each triangle, in the order of the file.
     pub corners: Vec<[VertexId; 3]>,
+}
+
+impl FaceBlock {
+    /// Empties the block and makes it one of consecutive triangles from `first` on.
+    pub fn restart(&mut self, first: FaceId) {
+        self.first = first;
+        self.ids.clear();
+        self.corners.clear();
+    }
+
+    /// Global id of triangle `i` of the block.
+    #[inline]
+    pub fn id(&self, i: usize) -> FaceId {
+        self.ids.get(i).copied().unwrap_or(FaceId(self.first.0 + i as u64))
+    }
 }
 
 /// Random access to a triangle mesh.
@@ -43,7 +60,7 @@ pub trait MeshSource: Sync {
     /// Number of triangles, after polygons were cut into fans.
     fn face_count(&self) -> u64;
 
-    /// Number of blocks of consecutive triangles.
+    /// Number of blocks of triangles.
     fn block_count(&self) -> usize;
 
     /// Reads block `block` (`< block_count`) into `out`, whose previous content is dropped.
@@ -73,6 +90,31 @@ pub trait MeshSource: Sync {
         corners: &[[VertexId; 3]],
         out: &mut Vec<[DVec3; 3]>,
     ) -> Result<(), InputError>;
+
+    /// Reads block `block` into `out` and the positions of its corners into `places`, whose previous content is dropped.
+    ///
+    /// # Errors
+    /// If the file cannot be read, or a corner names a vertex that does not exist.
+    fn read_placed(
+        &self,
+        block: usize,
+        out: &mut FaceBlock,
+        places: &mut Vec<[DVec3; 3]>,
+    ) -> Result<(), InputError> {
+        self.read_block(block, out)?;
+        self.corner_positions(&out.corners, places)
+    }
+
+    /// Whether blocks are stored with the positions of their corners, so that [`MeshSource::read_placed`] costs no more
+    /// than [`MeshSource::read_block`] and positions should not be asked for by id.
+    fn carries_positions(&self) -> bool {
+        false
+    }
+
+    /// Bytes of a number that holds any coordinate of this mesh exactly: 4 (`f32`) or 8 (`f64`).
+    fn coordinate_bytes(&self) -> usize {
+        8
+    }
 
     /// Where the vertex is stored: its byte offset in the file, if there is a file.
     fn vertex_offset(&self, id: VertexId) -> Option<u64>;

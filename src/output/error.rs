@@ -1,5 +1,6 @@
 //! Why a result could not be written.
 
+use crate::spill::SpillError;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -16,6 +17,9 @@ pub enum OutputError {
         /// What the system said.
         source: io::Error,
     },
+    /// A temporary file failed.
+    #[error(transparent)]
+    Spill(#[from] SpillError),
     /// The output is there already.
     #[error("{path}: exists already; give --force to replace it", path = path.display())]
     Exists {
@@ -44,7 +48,12 @@ impl OutputError {
     /// Whether the disk is full or a quota is used up.
     pub fn is_out_of_space(&self) -> bool {
         use io::ErrorKind::{FileTooLarge, QuotaExceeded, StorageFull};
-        matches!(self, OutputError::Io { source, .. }
-            if matches!(source.kind(), StorageFull | QuotaExceeded | FileTooLarge))
+        match self {
+            OutputError::Io { source, .. } => {
+                matches!(source.kind(), StorageFull | QuotaExceeded | FileTooLarge)
+            }
+            OutputError::Spill(error) => error.is_out_of_space(),
+            _ => false,
+        }
     }
 }

@@ -1,13 +1,15 @@
 //! One region of the mesh, read from the source.
 //!
 //! In: a region. Out: a [`TileMesh`] of all faces that meet it, under ascending global ids. Only the face blocks that the
-//! directory names are read. A block wholly inside the region is taken without looking at its positions.
+//! directory names are read. A block wholly inside the region is taken without looking at its positions, unless the source
+//! keeps positions with its blocks: then nothing is looked up by id.
 
 use super::lattice::CubeBox;
 use super::plan::Plan;
 use super::region::Region;
 use crate::input::{FaceBlock, InputError, MeshSource};
 use crate::mesh::{FaceId, TileMesh, VertexId};
+use glam::DVec3;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -36,6 +38,8 @@ pub const MOST_FACES: u64 = (u32::MAX / 6) as u64;
 struct Chosen {
     faces: Vec<FaceId>,
     corners: Vec<[VertexId; 3]>,
+    /// Positions of the corners, if the source keeps them with its blocks.
+    places: Vec<[DVec3; 3]>,
 }
 
 /// Loads all faces that meet `region`, using the current thread pool.
@@ -62,22 +66,45 @@ pub fn load(source: &dyn MeshSource, plan: &Plan, region: &Region, most: u64) ->
     let rank = Rank::new(&vertex_ids);
     let corners: Vec<Vec<[u32; 3]>> =
         chosen.par_iter().map(|c| c.corners.iter().map(|ids| ids.map(|id| rank.of(id))).collect()).collect();
+    let mut positions = Vec::new();
+    if source.carries_positions() {
+        positions.resize(vertex_ids.len(), DVec3::ZERO);
+        for (corners, c) in corners.iter().zip(&chosen) {
+            for (&v, &p) in corners.as_flattened().iter().zip(c.places.as_flattened()) {
+                positions[v as usize] = p;
+            }
+        }
+    } else {
+        source.gather_positions(&vertex_ids, &mut positions)?;
+    }
     let face_ids: Vec<FaceId> = chosen.iter().flat_map(|c| c.faces.iter().copied()).collect();
     drop(chosen);
-    let mut positions = Vec::new();
-    source.gather_positions(&vertex_ids, &mut positions)?;
+    let (face_ids, corners) = ascending(face_ids, corners.concat());
     let complete = positions.par_iter().map(|&p| region.contains(plan.lattice.cube_of(p))).collect();
-    Ok(TileMesh::new(vertex_ids, positions, face_ids, corners.concat(), complete))
+    Ok(TileMesh::new(vertex_ids, positions, face_ids, corners, complete))
+}
+
+/// Faces in the order of their ids; blocks that are not those of the file overlap.
+fn ascending(ids: Vec<FaceId>, corners: Vec<[u32; 3]>) -> (Vec<FaceId>, Vec<[u32; 3]>) {
+    if ids.is_sorted() {
+        return (ids, corners);
+    }
+    let mut faces: Vec<(FaceId, [u32; 3])> = ids.into_iter().zip(corners).collect();
+    // Ids are unique, so that there is one order only.
+    faces.par_sort_unstable_by_key(|face| face.0);
+    faces.into_iter().unzip()
 }
 
 /// Reads one block and keeps the faces that meet the region and have three different corners.
 fn choose(source: &dyn MeshSource, plan: &Plan, region: &Region, block: usize) -> Result<Chosen, InputError> {
     let mut faces = FaceBlock::default();
-    source.read_block(block, &mut faces)?;
     let inside = plan.block_ranges[block].is_some_and(|range| region.main().encloses(&range));
+    let carried = source.carries_positions();
     let mut positions = Vec::new();
-    if !inside {
-        source.corner_positions(&faces.corners, &mut positions)?;
+    if inside && !carried {
+        source.read_block(block, &mut faces)?;
+    } else {
+        source.read_placed(block, &mut faces, &mut positions)?;
     }
     let mut chosen = Chosen::default();
     for (i, ids) in faces.corners.iter().enumerate() {
@@ -91,8 +118,11 @@ fn choose(source: &dyn MeshSource, plan: &Plan, region: &Region, block: usize) -
             region.meets(&range)
         };
         if distinct && meets {
-            chosen.faces.push(FaceId(faces.first.0 + i as u64));
+            chosen.faces.push(faces.id(i));
             chosen.corners.push(*ids);
+            if carried {
+                chosen.places.push(positions[i]);
+            }
         }
     }
     Ok(chosen)
@@ -158,7 +188,7 @@ mod tests {
     fn ranks_are_positions() {
         let ids: Vec<VertexId> = [5u64, 63, 64, 65, 200, 1 << 33].map(VertexId).to_vec();
         let corners: Vec<[VertexId; 3]> = ids.windows(3).map(|w| [w[2], w[0], w[1]]).collect();
-        let chosen = [Chosen { faces: Vec::new(), corners }];
+        let chosen = [Chosen { faces: Vec::new(), corners, places: Vec::new() }];
         assert_eq!(used_vertices(&chosen, 1 << 40), ids);
         let rank = Rank::new(&ids);
         assert!(ids.iter().enumerate().all(|(i, &id)| rank.of(id) == i as u32));

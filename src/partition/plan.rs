@@ -6,7 +6,7 @@
 use super::cells::{Cell, cut};
 use super::lattice::{CubeBox, Lattice};
 use super::region::Region;
-use super::scan::{Bounds, Scan};
+use super::scan::{BlockSummary, Bounds, Scan};
 use crate::config::{ParamError, Params, method};
 use rstar::primitives::{GeomWithData, Rectangle};
 use rstar::{AABB, RTree};
@@ -67,8 +67,16 @@ impl Plan {
         let scale = Scale { h, k: params.scale(h)? };
         let origin = if scan.bounds.is_empty() { glam::DVec3::ZERO } else { scan.bounds.min };
         let lattice = Lattice { origin, edge: scale.length(method::LEVEL_CUBE) };
-        let block_ranges: Vec<Option<CubeBox>> = scan
-            .blocks
+        let (bounds, cells) = (scan.bounds, vec![Cell::everything(scan.faces)]);
+        let (block_ranges, block_faces, directory) = (Vec::new(), Vec::new(), RTree::new());
+        let plan = Plan { scale, lattice, bounds, cells, block_ranges, block_faces, directory };
+        Ok(plan.over(&scan.blocks))
+    }
+
+    /// The same plan over other blocks of the same faces.
+    pub fn over(self, blocks: &[BlockSummary]) -> Plan {
+        let Plan { scale, lattice, bounds, cells, .. } = self;
+        let block_ranges: Vec<Option<CubeBox>> = blocks
             .iter()
             .map(|block| {
                 (!block.bounds.is_empty()).then(|| CubeBox {
@@ -81,9 +89,8 @@ impl Plan {
             range.map(|r| GeomWithData::new(Rectangle::from_corners(as_f64(r.min), as_f64(r.max)), i))
         });
         let directory = RTree::bulk_load(entries.collect());
-        let block_faces = scan.blocks.iter().map(|b| b.faces).collect();
-        let (bounds, cells) = (scan.bounds, vec![Cell::everything(scan.faces)]);
-        Ok(Plan { scale, lattice, bounds, cells, block_ranges, block_faces, directory })
+        let block_faces = blocks.iter().map(|b| b.faces).collect();
+        Plan { scale, lattice, bounds, cells, block_ranges, block_faces, directory }
     }
 
     /// What it takes in memory, but for the cells.

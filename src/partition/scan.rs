@@ -207,8 +207,7 @@ fn scan_run(
     let mut part = Part::new();
     let (mut block, mut positions) = (FaceBlock::default(), Vec::new());
     for &index in run {
-        source.read_block(index, &mut block)?;
-        source.corner_positions(&block.corners, &mut positions)?;
+        source.read_placed(index, &mut block, &mut positions)?;
         let mut bounds = Bounds::EMPTY;
         for (i, (ids, [a, b, c])) in block.corners.iter().zip(&positions).enumerate() {
             ids.iter().for_each(|&id| referenced.mark(id));
@@ -216,7 +215,7 @@ fn scan_run(
             [*a - *b, *b - *c, *c - *a].into_iter().for_each(|side| part.sides.add(side.dot(side)));
             let repeated = ids[0] == ids[1] || ids[1] == ids[2] || ids[2] == ids[0];
             part.repeated_corner += u64::from(repeated);
-            if (block.first.0 + i as u64).is_multiple_of(stride) {
+            if block.id(i).0.is_multiple_of(stride) {
                 part.sample.push((*a + *b + *c) / 3.0);
             }
         }

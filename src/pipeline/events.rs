@@ -7,6 +7,8 @@ use std::time::Duration;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Stage {
+    /// Rewriting the mesh in spatial order; before the scan, after it, or both.
+    Order,
     /// One pass over the file.
     Scan,
     /// Passes over the tiles that only measure, for the paper method.
@@ -23,6 +25,7 @@ impl Stage {
     /// The word for it.
     pub fn name(self) -> &'static str {
         match self {
+            Stage::Order => "order",
             Stage::Scan => "scan",
             Stage::Survey => "survey",
             Stage::Tiles => "tiles",
@@ -34,7 +37,7 @@ impl Stage {
     /// What its progress counts.
     pub fn unit(self) -> &'static str {
         match self {
-            Stage::Scan => "faces",
+            Stage::Order | Stage::Scan => "faces",
             Stage::Survey | Stage::Tiles => "tiles",
             Stage::Stitch => "links",
             Stage::Write => "lines",

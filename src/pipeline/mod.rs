@@ -6,6 +6,7 @@ mod census;
 mod certify;
 mod compute;
 mod events;
+mod order;
 mod paper;
 mod planned;
 mod probe;

@@ -67,8 +67,6 @@ impl Planned {
         };
         let margin = halo.margin(&plan, rounds);
         let sizes = cut(&mut plan, &mut scan, limits.tiling, tile_memory, margin);
-        // It has done its service.
-        scan.sample = Vec::new();
         Ok(Planned { scan, plan, sizes, rounds, margin, tile_memory, other_memory: needed })
     }
 

@@ -8,6 +8,7 @@ use super::budget::{Budget, Permit};
 use super::certify::{Certified, Halo};
 use super::compute::{TileResult, compute};
 use super::events::{Event, Observer, Stage};
+use super::order::{Mesh, ORDER_MEMORY, Rewriter, Workspace};
 use super::paper::PaperMethod;
 use super::planned::Planned;
 use crate::config::{Limits, Method, PaperThresholds, Params};
@@ -21,6 +22,7 @@ use crate::stitch::{Defects, Fragments, LineSet, stitch};
 use crossbeam::channel::{Receiver, Sender, bounded};
 use rayon::ThreadPool;
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 /// Feature lines, and how they were found.
@@ -49,6 +51,10 @@ pub struct Work {
     pub loaded_faces: u64,
     /// How often a region had to grow because the mesh reached farther than expected.
     pub regrown: u64,
+    /// Whether tiles were loaded from a copy of the mesh in spatial order.
+    pub rewritten: bool,
+    /// The most bytes of temporary files at a time.
+    pub temporary_bytes: u64,
     /// Wall time of each stage.
     pub stages: Vec<(Stage, Duration)>,
 }
@@ -61,8 +67,11 @@ pub struct Job<'a> {
     observer: &'a dyn Observer,
     pool: ThreadPool,
     reach_factor: f64,
+    workspace: Workspace,
 }
 
+/// Share of the memory that sorting the mesh may use: what was planned is there at the same time.
+const ORDER_SHARE: u64 = 2;
 /// Tiles waiting between two stages. One keeps the workers busy while the loader reads on; more would only cost memory.
 const WAITING_TILES: usize = 1;
 /// Tiles worked on at a time: while one is in a serial part, the other has the pool.
@@ -84,7 +93,26 @@ impl<'a> Job<'a> {
             .thread_name(|i| format!("crease-{i}"))
             .build()
             .map_err(|e| Error::Threads(e.to_string()))?;
-        Ok(Job { source, params, limits, observer, pool, reach_factor: 1.0 })
+        let workspace = Workspace {
+            directory: PathBuf::from("."),
+            force: false,
+            memory: ORDER_MEMORY.min(limits.memory / ORDER_SHARE),
+        };
+        Ok(Job { source, params, limits, observer, pool, reach_factor: 1.0, workspace })
+    }
+
+    /// Chooses where temporary files go, if some are needed; `force` begins even if the disk seems too small. The default
+    /// is the current directory.
+    pub fn with_workspace(mut self, directory: &Path, force: bool) -> Self {
+        self.workspace.directory = directory.to_owned();
+        self.workspace.force = force;
+        self
+    }
+
+    /// Chooses how many bytes of memory sorting the mesh may use; 256 MiB if nothing is said.
+    pub fn with_order_memory(mut self, bytes: u64) -> Self {
+        self.workspace.memory = bytes;
+        self
     }
 
     /// Makes the halo too thin or too wide by `factor`. Only a test has a use for a wrong one.
@@ -99,12 +127,16 @@ impl<'a> Job<'a> {
     /// # Errors
     /// If the input is bad, a parameter does not suit it, or there is not even memory for the plan.
     pub fn plan(&self) -> Result<Planned, Error> {
+        self.plan_of(self.source)
+    }
+
+    fn plan_of(&self, source: &dyn MeshSource) -> Result<Planned, Error> {
         self.observer.event(Event::Started { stage: Stage::Scan, total: self.source.face_count() });
         let progress = |faces| self.observer.event(Event::Advanced { stage: Stage::Scan, by: faces });
         self.pool.install(|| {
-            let scan = scan(self.source, self.limits.memory, &progress)?;
+            let scan = scan(source, self.limits.memory, &progress)?;
             let halo = |scale: &Scale| self.halo(scale, Pass::Links);
-            Planned::new(self.source, scan, &self.params, &self.limits, halo)
+            Planned::new(source, scan, &self.params, &self.limits, halo)
         })
     }
 
@@ -114,8 +146,8 @@ impl<'a> Job<'a> {
     /// If the input is bad, a resource runs out, or `fields` refuses.
     pub fn run(&self, fields: Option<&mut dyn FieldSink>) -> Result<Detection, Error> {
         let mut work = Work::default();
-        let planned = self.timed(Stage::Scan, &mut work, || self.plan())?;
-        let plan = &planned.plan;
+        let (mesh, planned) = self.prepare(&mut work)?;
+        let (source, plan) = (mesh.source(), &planned.plan);
         work.sigma = match self.params.sigma.is_zero() {
             true => 0.0,
             false => plan.scale.length(crate::config::method::SIGMA_EDGES),
@@ -126,21 +158,56 @@ impl<'a> Job<'a> {
             Method::Paper(thresholds) => {
                 self.observer.event(Event::Started { stage: Stage::Survey, total: 2 * tiles });
                 let started = Instant::now();
-                let extremes = self.survey(&planned, thresholds, &mut work)?;
+                let extremes = self.survey(source, &planned, thresholds, &mut work)?;
                 self.finished(Stage::Survey, started, &mut work);
                 extremes
             }
         };
         self.observer.event(Event::Started { stage: Stage::Tiles, total: tiles });
         let started = Instant::now();
-        let fragments = self.tiles(&planned, &extremes, fields, &mut work)?;
+        let fragments = self.tiles(source, &planned, &extremes, fields, &mut work)?;
         self.finished(Stage::Tiles, started, &mut work);
+        // Temporary files go before the results come.
+        drop(mesh);
         self.observer.event(Event::Started { stage: Stage::Stitch, total: fragments.links.len() as u64 });
         let defects = fragments.defects;
         let lines = self.timed(Stage::Stitch, &mut work, || {
             Ok::<_, Error>(stitch(fragments, &plan.scale, &self.params))
         })?;
         Ok(Detection { lines, scan: planned.scan, defects, work })
+    }
+
+    /// Scan, plan, and the mesh in an order that tiles can be loaded from.
+    fn prepare(&self, work: &mut Work) -> Result<(Mesh<'a>, Planned), Error> {
+        let rewriter = Rewriter {
+            source: self.source,
+            limits: &self.limits,
+            workspace: &self.workspace,
+            pool: &self.pool,
+            observer: self.observer,
+        };
+        let mut rewrite = rewriter.look()?;
+        let joined = match rewrite.joins() {
+            true => Some(self.timed(Stage::Order, work, || rewriter.join(&mut rewrite))?),
+            false => None,
+        };
+        let source = joined.as_ref().map_or(self.source, |joined| joined as &dyn MeshSource);
+        let mut planned = self.timed(Stage::Scan, work, || self.plan_of(source))?;
+        work.rewritten = rewriter.sorts(&rewrite, &planned.scan, &planned.plan);
+        let mesh = match (work.rewritten, joined) {
+            (true, joined) => {
+                let store =
+                    self.timed(Stage::Order, work, || rewriter.sort(&mut rewrite, joined, &planned.scan))?;
+                planned.plan = planned.plan.over(store.summaries());
+                Mesh::Sorted(store)
+            }
+            (false, Some(joined)) => Mesh::Joined(joined),
+            (false, None) => Mesh::File(self.source),
+        };
+        // Of no use any more.
+        planned.scan.sample = Vec::new();
+        work.temporary_bytes = rewrite.peak_bytes();
+        Ok((mesh, planned))
     }
 
     fn timed<T>(
@@ -164,6 +231,7 @@ impl<'a> Job<'a> {
     /// The numbers of the whole mesh that the paper method needs, in two passes.
     fn survey(
         &self,
+        source: &dyn MeshSource,
         planned: &Planned,
         thresholds: &PaperThresholds,
         work: &mut Work,
@@ -172,13 +240,13 @@ impl<'a> Job<'a> {
         let method = PaperMethod { plan: &planned.plan, sigma: self.params.sigma, thresholds };
         let mut omega = OmegaRange::default();
         let range = |tile: &Certified| method.omega_range(tile);
-        work.regrown += self.over_tiles(planned, stage, Pass::Omega, range, |range| {
+        work.regrown += self.over_tiles((source, planned), stage, Pass::Omega, range, |range| {
             omega = omega.join(range);
             Ok(())
         })?;
         let mut salience = 0.0f64;
         let largest = |tile: &Certified| method.largest_salience(tile, omega);
-        work.regrown += self.over_tiles(planned, stage, Pass::Salience, largest, |largest| {
+        work.regrown += self.over_tiles((source, planned), stage, Pass::Salience, largest, |largest| {
             salience = salience.max(largest);
             Ok(())
         })?;
@@ -188,6 +256,7 @@ impl<'a> Job<'a> {
     /// The fragments of all tiles.
     fn tiles(
         &self,
+        source: &dyn MeshSource,
         planned: &Planned,
         extremes: &Extremes,
         mut fields: Option<&mut dyn FieldSink>,
@@ -196,16 +265,17 @@ impl<'a> Job<'a> {
         let with_fields = fields.is_some();
         let mut all = Fragments::default();
         let compute = |tile: &Certified| compute(tile, &planned.plan, &self.params, extremes, with_fields);
-        let regrown = self.over_tiles(planned, Stage::Tiles, Pass::Links, compute, |tile: TileResult| {
-            work.tiles += 1;
-            work.loaded_faces += tile.loaded_faces;
-            work.owned_faces += tile.owned_faces;
-            if let Some(fields) = &mut fields {
-                fields.take(&tile.fields)?;
-            }
-            all.append(tile.fragments);
-            Ok(())
-        })?;
+        let regrown =
+            self.over_tiles((source, planned), Stage::Tiles, Pass::Links, compute, |tile: TileResult| {
+                work.tiles += 1;
+                work.loaded_faces += tile.loaded_faces;
+                work.owned_faces += tile.owned_faces;
+                if let Some(fields) = &mut fields {
+                    fields.take(&tile.fields)?;
+                }
+                all.append(tile.fragments);
+                Ok(())
+            })?;
         work.regrown += regrown;
         Ok(all)
     }
@@ -225,7 +295,7 @@ impl<'a> Job<'a> {
     /// order. Returns how often a region had to grow.
     fn over_tiles<T: Send>(
         &self,
-        planned: &Planned,
+        (source, planned): (&dyn MeshSource, &Planned),
         stage: Stage,
         pass: Pass,
         compute: impl Fn(&Certified) -> T + Sync,
@@ -234,7 +304,7 @@ impl<'a> Job<'a> {
         let plan = &planned.plan;
         let halo = self.halo(&plan.scale, pass);
         let budget = Budget::new(planned.tile_memory);
-        let admission = Admission::new(self.source, plan, &halo, &budget, &self.pool, planned.rounds);
+        let admission = Admission::new(source, plan, &halo, &budget, &self.pool, planned.rounds);
         let (to_workers, from_loader) = bounded::<Box<Admitted>>(WAITING_TILES);
         let (to_committer, results) = bounded::<Outcome<T>>(WAITING_TILES);
         let mut regrown = 0;

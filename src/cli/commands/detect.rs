@@ -10,7 +10,7 @@ use crate::cli::summary::{Outcome, Written};
 use crate::cli::{console, memory, targets};
 use crate::error::Error;
 use crate::input::{MeshSource, PlySource};
-use crate::output::{AttributeFile, FieldSink, OutputError, stage_ply};
+use crate::output::{AttributeFile, FieldSink, OutputError, directory_of, stage_ply};
 use crate::pipeline::{Detection, Event, Job, Observer, Stage};
 use crate::stitch::Geometry;
 use std::fs;
@@ -33,11 +33,13 @@ pub(in crate::cli) fn detect(args: &DetectArgs, allocations: Allocations) -> Res
     let source = PlySource::open(&args.input, limits.io)?;
     let progress = Progress::new(args.progress(), args.report.verbose, allocations);
     let of_run = |error| Failure::of_run(&args.input, error);
-    let job = Job::new(&source, params, limits, &progress).map_err(of_run)?;
+    let workspace = args.work.workspace.as_deref().unwrap_or_else(|| directory_of(&output));
+    let job =
+        Job::new(&source, params, limits, &progress).map_err(of_run)?.with_workspace(workspace, args.force);
     let attributes = args
         .attributes
         .as_deref()
-        .map(|path| AttributeFile::create(path, &source))
+        .map(|path| Ok(AttributeFile::create(path, &source)?.with_workspace(workspace)))
         .transpose()
         .map_err(of_run)?;
     let outputs_of = (output.as_path(), args.attributes.as_deref());

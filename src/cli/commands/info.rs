@@ -12,16 +12,12 @@ use crate::config::{Limits, NO_LIMIT, Params, method};
 use crate::error::Error;
 use crate::input::ply::{PropertyKind, ScalarType};
 use crate::input::{MeshSource, PlySource};
-use crate::partition::{Plan, Scan};
+use crate::partition::{Locality, Scan, temporary_bytes, vertex_reads};
 use crate::pipeline::{Event, Job, Observer, Planned, Stage};
 use std::time::Instant;
 
 /// With fewer steps than this in a median edge, rounding of the coordinates tilts the faces by half a degree or more.
 const LEAST_STEPS: f64 = 100.0;
-/// A file whose blocks are read more often than this has its faces in a bad order.
-const MOST_READS: f64 = 8.0;
-/// A tile of less blocks than this says nothing about the order of the file.
-const LEAST_BLOCKS: u64 = 8;
 
 /// Does what `args` ask for.
 ///
@@ -40,6 +36,8 @@ pub(in crate::cli) fn info(args: &InfoArgs, allocations: Allocations) -> Result<
     text.push_str(&precision(&source, scan));
     text.push_str(&defects(&source, scan));
     text.push_str(&plan_text(&planned, limits.memory));
+    let locality = Locality::new(&planned.plan, scan, vertex_reads(&source)?);
+    text.push_str(&order(&source, &locality, planned.plan.cells.len() == 1));
     console::print(&text)?;
     Ok(Exit::Done)
 }
@@ -157,11 +155,6 @@ fn defects(source: &PlySource, scan: &Scan) -> String {
     out
 }
 
-/// How often blocks would be read, summed over the tiles.
-fn block_reads(plan: &Plan, margin: i64) -> u64 {
-    plan.cells.iter().map(|cell| plan.blocks_in(&plan.first_region(cell, margin)).len() as u64).sum()
-}
-
 fn plan_text(planned: &Planned, memory: u64) -> String {
     let Planned { plan, scan, sizes, .. } = planned;
     let tiles = plan.cells.len() as u64;
@@ -175,19 +168,29 @@ fn plan_text(planned: &Planned, memory: u64) -> String {
     out.push_str(&entry("tiles", &format!("{}{side_by_side}", grouped(tiles))));
     let halo = 100.0 * (sizes.loaded as f64 / scan.faces.max(1) as f64 - 1.0).max(0.0);
     out.push_str(&entry("halo overhead", &format!("about {} %", with_decimals(halo, 0))));
-    let blocks = plan.block_faces.len() as u64;
-    let times = block_reads(plan, planned.margin) as f64 / blocks.max(1) as f64;
-    let of_faces = counted(blocks, "block", "blocks");
-    out.push_str(&entry("locality", &format!("{of_faces} of faces, each read {times:.1} times on average")));
-    // Tiles that are hardly larger than a block read blocks over and over in any file.
-    if times > MOST_READS && blocks >= LEAST_BLOCKS * tiles {
-        out.push_str(
-            "  warning: faces that are neighbours in space are far apart in the file, so much of it is read for each tile.\n  \
-             Larger tiles, or a mesh that was sorted in space, need less time.\n",
-        );
-    }
     let allowed = if memory == NO_LIMIT { String::new() } else { format!(" of {} allowed", bytes(memory)) };
     out.push_str(&entry("memory", &format!("about {}{allowed}", bytes(planned.expected_memory()))));
+    out
+}
+
+/// What the order of the file means for the work.
+fn order(source: &PlySource, locality: &Locality, in_core: bool) -> String {
+    let Locality { face_reads, needed_reads, vertex_reads } = *locality;
+    let scattered = if Locality::is_scattered(vertex_reads) { "scattered" } else { "near each other" };
+    let mut out = entry(
+        "locality",
+        &format!(
+            "each face is read {face_reads:.1} times, {needed_reads:.1} times in the best order; the vertices of a face \
+             are {scattered} ({vertex_reads:.1} fetches)"
+        ),
+    );
+    if locality.rewriting_pays() && !in_core {
+        let most = bytes(temporary_bytes(source, Locality::is_scattered(vertex_reads)));
+        out.push_str(&entry(
+            "temporary files",
+            &format!("at most about {most}: detect rewrites the mesh in spatial order first"),
+        ));
+    }
     out
 }
 

@@ -52,7 +52,7 @@ impl Faces {
         block: usize,
         out: &mut FaceBlock,
     ) -> Result<(), InputError> {
-        out.corners.clear();
+        out.restart(FaceId(0));
         match self.layout.shape.lists[self.layout.list].item {
             ScalarType::I8 => self.read::<i8>(source, block, out),
             ScalarType::U8 => self.read::<u8>(source, block, out),

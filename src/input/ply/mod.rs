@@ -138,6 +138,12 @@ impl MeshSource for PlySource {
         self.vertices.corners(&self.source, corners, out)
     }
 
+    fn coordinate_bytes(&self) -> usize {
+        // 32-bit integers have more bits than an `f32`.
+        let wide = |kind| matches!(kind, ScalarType::F64 | ScalarType::I32 | ScalarType::U32);
+        if self.vertices.places.iter().any(|place| wide(place.kind)) { 8 } else { 4 }
+    }
+
     fn vertex_offset(&self, id: VertexId) -> Option<u64> {
         self.vertices.offset(&self.source, id.0)
     }
