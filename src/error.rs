@@ -5,6 +5,7 @@ use crate::input::InputError;
 use crate::mesh::TileId;
 use crate::output::OutputError;
 use crate::partition::LoadError;
+use crate::spill::SpillError;
 
 /// A run that did not succeed.
 #[derive(Debug, thiserror::Error)]
@@ -18,6 +19,9 @@ pub enum Error {
     /// A tile cannot be held.
     #[error(transparent)]
     Load(LoadError),
+    /// A temporary file failed.
+    #[error(transparent)]
+    Spill(#[from] SpillError),
     /// A result cannot be written.
     #[error(transparent)]
     Output(#[from] OutputError),

@@ -8,9 +8,10 @@ use std::fs;
 use std::path::Path;
 
 /// The layers, first to last, each with what is allowed beside the layers before it.
-const LAYERS: [(&str, &[&str]); 12] = [
+const LAYERS: [(&str, &[&str]); 13] = [
     ("math", &[]),
     ("mesh", &[]),
+    ("spill", &[]),
     ("input", &[]),
     // The parameters say how the input is read, and every layer from here on reads the parameters.
     ("config", &[]),
@@ -28,13 +29,14 @@ const LAYERS: [(&str, &[&str]); 12] = [
 ];
 
 /// Further limits: what a layer may use of those before it, if not everything.
-const LIMITS: [(&str, &[&str]); 5] = [
+const LIMITS: [(&str, &[&str]); 6] = [
     ("math", &[]),
     ("mesh", &[]),
+    ("spill", &[]),
     ("input", &["mesh"]),
     ("config", &["input"]),
     // Knows what an error is, not what a mesh or a vote is.
-    ("error", &["mesh", "input", "config", "partition", "output"]),
+    ("error", &["mesh", "spill", "input", "config", "partition", "output"]),
 ];
 
 /// The only modules that name the joint error type; the layers have their own.

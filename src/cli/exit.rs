@@ -5,6 +5,7 @@
 use crate::error::Error;
 use crate::input::InputError;
 use crate::output::OutputError;
+use crate::spill::SpillError;
 use std::fmt::Display;
 use std::path::Path;
 use std::process::ExitCode;
@@ -77,6 +78,7 @@ impl Failure {
         match error {
             Error::Input(error) => error.into(),
             Error::Output(error) => error.into(),
+            Error::Spill(error) => error.into(),
             Error::Param(error) => Failure::about(Exit::Usage, input, error),
             Error::Load(error) => Failure::about(Exit::Resource, input, error),
             error @ Error::Threads(_) => Failure::about(Exit::Resource, input, error),
@@ -101,6 +103,14 @@ impl From<OutputError> for Failure {
             ),
             _ => Failure::new(Exit::Resource, error.to_string()),
         }
+    }
+}
+
+impl From<SpillError> for Failure {
+    fn from(error: SpillError) -> Failure {
+        let remedy =
+            if error.is_out_of_space() { "; make room or choose another disk with --workspace" } else { "" };
+        Failure::new(Exit::Resource, format!("{error}{remedy}"))
     }
 }
 
@@ -150,6 +160,18 @@ mod tests {
         let full = failed(io::ErrorKind::StorageFull);
         assert_eq!(full.exit, Exit::Resource);
         assert!(full.message.contains("make room") && !denied.message.contains("make room"));
+    }
+
+    #[test]
+    fn temporary_files_are_4() {
+        let failed = |kind: io::ErrorKind| {
+            of(SpillError::Io { path: "t".into(), action: "cannot write", source: kind.into() })
+        };
+        assert_eq!(failed(io::ErrorKind::PermissionDenied).exit, Exit::Resource);
+        let full = failed(io::ErrorKind::StorageFull);
+        assert!(full.exit == Exit::Resource && full.message.contains("make room"), "{full:?}");
+        let torn = of(SpillError::Corrupt { path: "t".into(), offset: 7, reason: "its checksum differs" });
+        assert!(torn.exit == Exit::Resource && torn.message.contains("byte 7 is damaged"), "{torn:?}");
     }
 
     #[test]
