@@ -1,5 +1,6 @@
 //! Why a result could not be written.
 
+use crate::stitch::StitchError;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -32,6 +33,9 @@ pub enum OutputError {
         /// Of what.
         what: &'static str,
     },
+    /// The lines cannot be read back.
+    #[error(transparent)]
+    Lines(#[from] StitchError),
 }
 
 impl OutputError {

@@ -6,6 +6,7 @@ mod compute;
 mod events;
 mod paper;
 mod run;
+mod seams;
 
 pub use events::{Event, Observer, Silent, Stage};
 pub use run::{Detection, Job, Work};

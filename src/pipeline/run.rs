@@ -14,24 +14,36 @@ use crate::mesh::TileId;
 use crate::output::FieldSink;
 use crate::partition::{PaperReach, Pass, Plan, Scan, scan};
 use crate::refine::{Extremes, OmegaRange};
-use crate::stitch::{Defects, Fragments, LineSet, stitch};
+use crate::stitch::{Defects, LineMemory, LineSet, Rules, StitchWork, Stitched, Stitcher, StoredLines};
 use crossbeam::channel::{Receiver, Sender, bounded};
 use rayon::ThreadPool;
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::{Duration, Instant};
 
 /// Feature lines, and how they were found.
 #[derive(Clone, Debug)]
-pub struct Detection {
+pub struct Detection<Lines = LineSet> {
     /// The lines.
-    pub lines: LineSet,
+    pub lines: Lines,
     /// What the scan found.
     pub scan: Scan,
     /// Defects that adjacency shows.
     pub defects: Defects,
     /// How the work went.
     pub work: Work,
+}
+
+impl<Lines> Detection<Lines> {
+    /// The same with something else in the place of the lines.
+    ///
+    /// # Errors
+    /// If `f` fails.
+    pub fn try_map<Other, E>(self, f: impl FnOnce(Lines) -> Result<Other, E>) -> Result<Detection<Other>, E> {
+        let Detection { lines, scan, defects, work } = self;
+        Ok(Detection { lines: f(lines)?, scan, defects, work })
+    }
 }
 
 /// How the work went. None of it is part of the result.
@@ -47,6 +59,8 @@ pub struct Work {
     pub loaded_faces: u64,
     /// How often a region had to grow because the mesh reached farther than expected.
     pub regrown: u64,
+    /// How the stitching went.
+    pub stitch: StitchWork,
     /// Wall time of each stage.
     pub stages: Vec<(Stage, Duration)>,
 }
@@ -59,6 +73,8 @@ pub struct Job<'a> {
     observer: &'a dyn Observer,
     pool: ThreadPool,
     reach_factor: f64,
+    line_memory: LineMemory,
+    scratch: PathBuf,
 }
 
 /// Tiles waiting between two stages. One keeps the workers busy while the loader reads on; more would only cost memory.
@@ -82,7 +98,16 @@ impl<'a> Job<'a> {
             .thread_name(|i| format!("crease-{i}"))
             .build()
             .map_err(|e| Error::Threads(e.to_string()))?;
-        Ok(Job { source, params, limits, observer, pool, reach_factor: 1.0 })
+        let (line_memory, scratch) = (LineMemory::UNBOUNDED, std::env::temp_dir());
+        Ok(Job { source, params, limits, observer, pool, reach_factor: 1.0, line_memory, scratch })
+    }
+
+    /// Bounds the memory for the lines and for what is open between tiles. Lines that do not fit go to temporary files in a
+    /// directory below `scratch`. Unless this is called, everything stays in memory.
+    pub fn with_line_memory(mut self, memory: LineMemory, scratch: &Path) -> Self {
+        self.line_memory = memory;
+        self.scratch = scratch.to_owned();
+        self
     }
 
     /// Makes the halo too thin or too wide by `factor`. Only a test has a use for a wrong one.
@@ -104,11 +129,20 @@ impl<'a> Job<'a> {
         Ok((found, plan))
     }
 
-    /// Does the whole job. The fields of all vertices go to `fields`, if there is a taker.
+    /// Does the whole job, with all lines in memory at its end. The fields of all vertices go to `fields`, if there is a
+    /// taker.
     ///
     /// # Errors
     /// If the input is bad, a resource runs out, or `fields` refuses.
     pub fn run(&self, fields: Option<&mut dyn FieldSink>) -> Result<Detection, Error> {
+        Ok(self.run_stored(fields)?.try_map(|lines| LineSet::collect(&lines))?)
+    }
+
+    /// The same with lines that need not fit into memory.
+    ///
+    /// # Errors
+    /// As for [`Job::run`].
+    pub fn run_stored(&self, fields: Option<&mut dyn FieldSink>) -> Result<Detection<StoredLines>, Error> {
         let mut work = Work::default();
         let (scan, plan) = self.timed(Stage::Scan, &mut work, || self.plan())?;
         work.sigma = match self.params.sigma.is_zero() {
@@ -128,13 +162,12 @@ impl<'a> Job<'a> {
         };
         self.observer.event(Event::Started { stage: Stage::Tiles, total: work.tiles });
         let started = Instant::now();
-        let fragments = self.tiles(&plan, &extremes, fields, &mut work)?;
+        let stitcher = self.tiles(&plan, &extremes, fields, &mut work)?;
         self.finished(Stage::Tiles, started, &mut work);
-        self.observer.event(Event::Started { stage: Stage::Stitch, total: fragments.links.len() as u64 });
-        let defects = fragments.defects;
-        let lines = self.timed(Stage::Stitch, &mut work, || {
-            Ok::<_, Error>(stitch(fragments, &plan.scale, &self.params))
-        })?;
+        self.observer.event(Event::Started { stage: Stage::Stitch, total: stitcher.links() });
+        let Stitched { lines, defects, work: stitch } =
+            self.timed(Stage::Stitch, &mut work, || Ok::<_, Error>(stitcher.finish()?))?;
+        work.stitch = stitch;
         Ok(Detection { lines, scan, defects, work })
     }
 
@@ -175,16 +208,17 @@ impl<'a> Job<'a> {
         Ok(Extremes { omega, salience })
     }
 
-    /// The fragments of all tiles.
+    /// All tiles, stitched as they come in.
     fn tiles(
         &self,
         plan: &Plan,
         extremes: &Extremes,
         mut fields: Option<&mut dyn FieldSink>,
         work: &mut Work,
-    ) -> Result<Fragments, Error> {
+    ) -> Result<Stitcher, Error> {
         let with_fields = fields.is_some();
-        let mut all = Fragments::default();
+        let rules = Rules::new(&plan.scale, &self.params);
+        let mut stitcher = Stitcher::new(rules, self.line_memory, &self.scratch);
         let compute = |tile: &Certified| compute(tile, plan, &self.params, extremes, with_fields);
         let regrown = self.over_tiles(plan, Stage::Tiles, Pass::Links, compute, |tile: TileResult| {
             work.loaded_faces += tile.loaded_faces;
@@ -192,11 +226,11 @@ impl<'a> Job<'a> {
             if let Some(fields) = &mut fields {
                 fields.take(&tile.fields)?;
             }
-            all.append(tile.fragments);
-            Ok(())
+            stitcher.take(tile.share)?;
+            Ok(stitcher.done(tile.id)?)
         })?;
         work.regrown += regrown;
-        Ok(all)
+        Ok(stitcher)
     }
 
     /// What a tile must hold for the pass; the robust method has one pass only.

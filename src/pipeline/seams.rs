@@ -1,0 +1,93 @@
+//! Which other tiles may name a vertex in their fragments.
+//!
+//! In: a certified tile and the vertices it names. Out: a [`Seam`] for each of them with a vertex of another tile within
+//! [`method::LINK_STEPS`] rings; `stitch/close.rs` says what for. All one-rings that are read are complete: support is
+//! certified farther around links than that.
+
+use super::certify::Certified;
+use crate::config::method;
+use crate::mesh::{TileId, TileMesh};
+use crate::partition::{Cell, Plan};
+use crate::stitch::Seam;
+use glam::DVec3;
+
+/// The seams among `named` (local indices, ascending).
+pub fn seams(tile: &Certified, plan: &Plan, named: &[u32]) -> Vec<Seam> {
+    if plan.is_in_core() {
+        return Vec::new();
+    }
+    let mut neighbourhood = Neighbourhood::new(&tile.mesh);
+    let mut foreign: Vec<(u32, Vec<u32>)> = Vec::new();
+    for &v in named {
+        let around: Vec<u32> = neighbourhood.of(v).iter().copied().filter(|&u| !tile.owns(u)).collect();
+        if !around.is_empty() {
+            foreign.push((v, around));
+        }
+    }
+    let owners =
+        Owners::new(plan, foreign.iter().flat_map(|(_, around)| around).map(|&u| tile.mesh.position(u)));
+    let seam = |(v, around): (u32, Vec<u32>)| {
+        let mut tiles: Vec<TileId> = around.iter().map(|&u| owners.of(tile.mesh.position(u))).collect();
+        tiles.sort_unstable();
+        tiles.dedup();
+        Seam { vertex: tile.mesh.id(v), tiles }
+    };
+    foreign.into_iter().map(seam).collect()
+}
+
+/// A few rings around one vertex after the other.
+struct Neighbourhood<'a> {
+    mesh: &'a TileMesh,
+    /// For which vertex each was met last, counted from 1.
+    met: Vec<u32>,
+    now: u32,
+    found: Vec<u32>,
+}
+
+impl<'a> Neighbourhood<'a> {
+    fn new(mesh: &'a TileMesh) -> Neighbourhood<'a> {
+        Neighbourhood { mesh, met: vec![0; mesh.vertex_count()], now: 0, found: Vec::new() }
+    }
+
+    /// The vertices within [`method::LINK_STEPS`] rings of `v`, and `v` itself. To be called once for a vertex at most.
+    fn of(&mut self, v: u32) -> &[u32] {
+        self.now += 1;
+        self.found.clear();
+        self.found.push(v);
+        self.met[v as usize] = self.now;
+        let mut ring = 0..1;
+        for _ in 0..method::LINK_STEPS {
+            for i in ring.clone() {
+                for &u in self.mesh.ring_of(self.found[i]) {
+                    if std::mem::replace(&mut self.met[u as usize], self.now) != self.now {
+                        self.found.push(u);
+                    }
+                }
+            }
+            ring = ring.end..self.found.len();
+        }
+        &self.found
+    }
+}
+
+/// The cells that may own some vertices.
+struct Owners<'a> {
+    cells: Vec<(TileId, &'a Cell)>,
+}
+
+impl<'a> Owners<'a> {
+    /// Those of `plan` that may own one of `positions`: all that meet the box around them.
+    fn new(plan: &'a Plan, positions: impl Iterator<Item = DVec3>) -> Owners<'a> {
+        let around = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        let (lo, hi) = positions.fold(around, |(lo, hi), p| (lo.min(p), hi.max(p)));
+        let meets = |cell: &Cell| cell.min.cmple(hi).all() && cell.max.cmpgt(lo).all();
+        let cells = (0..).map(TileId).zip(&plan.cells).filter(|(_, cell)| meets(cell));
+        Owners { cells: cells.collect() }
+    }
+
+    /// The tile whose cell owns `position`.
+    fn of(&self, position: DVec3) -> TileId {
+        let owner = self.cells.iter().find(|(_, cell)| cell.owns(position));
+        owner.expect("cells fill space").0
+    }
+}
