@@ -167,6 +167,7 @@ impl<'a> Job<'a> {
         self.observer.event(Event::Started { stage: Stage::Stitch, total: stitcher.links() });
         let Stitched { lines, defects, work: stitch } =
             self.timed(Stage::Stitch, &mut work, || Ok::<_, Error>(stitcher.finish()?))?;
+        tracing::debug!(?stitch, "stitched");
         work.stitch = stitch;
         Ok(Detection { lines, scan, defects, work })
     }

@@ -91,3 +91,35 @@ impl<'a> Owners<'a> {
         owner.expect("cells fill space").0
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::{FaceId, VertexId};
+
+    /// A square of 10 x 10 vertices, each cell of it cut along the same diagonal.
+    fn square() -> TileMesh {
+        let ids = (0..100).map(VertexId).collect();
+        let positions = (0..100u32).map(|v| DVec3::new(f64::from(v % 10), f64::from(v / 10), 0.0)).collect();
+        let cell = |v: u32| [[v, v + 1, v + 11], [v, v + 11, v + 10]];
+        let corners: Vec<[u32; 3]> = (0..90).filter(|v| v % 10 < 9).flat_map(cell).collect();
+        TileMesh::new(ids, positions, (0..162).map(FaceId).collect(), corners, vec![true; 100])
+    }
+
+    #[test]
+    fn a_neighbourhood_is_three_rings() {
+        let mesh = square();
+        let mut neighbourhood = Neighbourhood::new(&mesh);
+        for v in [0, 44, 45, 99, 9] {
+            let mut found = neighbourhood.of(v).to_vec();
+            found.sort_unstable();
+            // Steps along the diagonal go both ways at once, against it they do not.
+            let steps = |u: &u32| {
+                let (dx, dy) = ((u % 10) as i32 - (v % 10) as i32, (u / 10) as i32 - (v / 10) as i32);
+                if dx * dy > 0 { dx.abs().max(dy.abs()) } else { dx.abs() + dy.abs() }
+            };
+            let expected: Vec<u32> = (0..100).filter(|u| steps(u) <= 3).collect();
+            assert_eq!(found, expected, "around {v}");
+        }
+    }
+}

@@ -117,11 +117,12 @@ impl OpenComponents {
         self.peak
     }
 
-    /// Takes an open part of a tile and joins it with the components that it shares vertices with.
+    /// Takes an open part of a tile and joins it with the components that it shares vertices with. Returns it if it waits
+    /// for nothing any more: then it shares none, because what it shared them with would wait for this tile.
     ///
     /// # Errors
     /// If that takes more than the memory.
-    pub fn add(&mut self, open: OpenPart) -> Result<(), StitchError> {
+    pub fn add(&mut self, open: OpenPart) -> Result<Option<Part>, StitchError> {
         let OpenPart { kind, part, seams } = open;
         let awaits = seams.iter().flat_map(|seam| &seam.tiles).copied().filter(|t| !self.done.contains(t));
         let awaits = awaits.collect();
@@ -170,7 +171,10 @@ impl OpenComponents {
         numbers.into_iter().filter_map(|number| self.take(number)).map(|component| component.part).collect()
     }
 
-    fn put(&mut self, number: u64, mut component: Component) -> Result<(), StitchError> {
+    fn put(&mut self, number: u64, mut component: Component) -> Result<Option<Part>, StitchError> {
+        if component.awaits.is_empty() {
+            return Ok(Some(component.part));
+        }
         component.seams.sort_unstable();
         component.seams.dedup();
         component.seams.iter().for_each(|&v| _ = self.at.insert((component.kind, v), number));
@@ -184,7 +188,7 @@ impl OpenComponents {
             return Err(too_large(&component, needed, self.memory));
         }
         self.components.insert(number, component);
-        Ok(())
+        Ok(None)
     }
 
     fn take(&mut self, number: u64) -> Option<Component> {

@@ -88,7 +88,11 @@ impl Stitcher {
         self.defects.add(&share.defects);
         self.links += share.links;
         self.store.put(share.finished)?;
-        share.open.into_iter().try_for_each(|open| self.open.add(open))
+        for open in share.open {
+            let whole = self.open.add(open)?;
+            self.finish_parts(whole)?;
+        }
+        Ok(())
     }
 
     /// `tile` has handed over all it has.
@@ -131,7 +135,7 @@ impl Stitcher {
     }
 
     /// One at a time: finishing takes several times the memory of what is finished.
-    fn finish_parts(&mut self, parts: Vec<Part>) -> Result<(), StitchError> {
+    fn finish_parts(&mut self, parts: impl IntoIterator<Item = Part>) -> Result<(), StitchError> {
         parts.into_iter().try_for_each(|part| self.store.put(finish(part, &self.rules)))
     }
 }

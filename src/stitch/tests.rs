@@ -118,8 +118,8 @@ fn rules(shortest: f64, min_angle_deg: f64) -> Rules {
     Rules { scale: SCALE, shortest, min_angle_deg }
 }
 
-/// Stitches the tiles in this order.
-fn streamed(world: &World, order: &[u32], rules: Rules, lines: u64) -> Stitched {
+/// Stitches the tiles in this order. Both geometries, and how many links there were.
+fn streamed(world: &World, order: &[u32], rules: Rules, lines: u64) -> ([LineSet; 2], u64) {
     let parent = tempfile::tempdir().expect("a temporary directory");
     let memory = LineMemory { open: u64::MAX, lines };
     let mut stitcher = Stitcher::new(rules, memory, parent.path());
@@ -128,7 +128,10 @@ fn streamed(world: &World, order: &[u32], rules: Rules, lines: u64) -> Stitched 
         stitcher.done(TileId(tile)).expect("room");
     }
     assert_eq!(stitcher.open(), Held::default(), "something is still open");
-    stitcher.finish().expect("room")
+    let stitched = stitcher.finish().expect("room");
+    assert!(lines > 0 || stitched.lines.spilled() || stitched.lines.counts().vertices < 2);
+    let links = stitched.work.links;
+    (both(stitched), links)
 }
 
 /// Both geometries, from one tile.
@@ -237,8 +240,8 @@ proptest! {
         lines in prop::sample::select(vec![0, 1 << 14, u64::MAX]),
     ) {
         let rules = rules(shortest, min_angle);
-        let stitched = streamed(&world, &order, rules, lines);
-        prop_assert_eq!(both(stitched), at_once(&world, rules));
+        let (stitched, _) = streamed(&world, &order, rules, lines);
+        prop_assert_eq!(stitched, at_once(&world, rules));
     }
 }
 
@@ -255,16 +258,15 @@ fn random_worlds_have_lines_of_all_kinds() {
         let [strong, _] = at_once(&world, rules(2.0, 60.0));
         dropped += usize::from(strong.lines.len() < all.lines.len());
     }
-    assert!(kinds.len() == 4 && closed > 10 && dropped > 10, "{kinds:?}, {closed} closed, {dropped} dropped");
+    assert!(kinds.len() == 4 && closed > 0 && dropped > 10, "{kinds:?}, {closed} closed, {dropped} dropped");
 }
 
 #[test]
 fn a_line_through_all_tiles_is_one() {
     let world = World::plain(7).with_line((0..SIDE).map(|x| (x, 5)));
     for order in [[0, 1, 2, 3, 4, 5, 6], [6, 2, 4, 0, 5, 1, 3]] {
-        let stitched = streamed(&world, &order, rules(2.0, 0.0), 0);
-        assert_eq!(stitched.work.links, SIDE - 1);
-        let [lines, _] = both(stitched);
+        let ([lines, _], links) = streamed(&world, &order, rules(2.0, 0.0), 0);
+        assert_eq!(links, SIDE - 1);
         assert_eq!(lines.lines.len(), 1);
         assert_eq!(lines.lines[0].vertices, (0..SIDE as u32).collect::<Vec<_>>());
         assert_eq!(lines.lines[0].length, (SIDE - 1) as f64);
@@ -277,7 +279,7 @@ fn a_loop_across_seams_is_closed() {
     let sides = (low..high).map(|x| (x, low)).chain((low..high).map(|y| (high, y)));
     let back = (low..high).map(|i| (high + low - i, high)).chain((low..=high).map(|i| (low, high + low - i)));
     let world = World::plain(4).with_line(sides.chain(back));
-    let [lines, _] = both(streamed(&world, &[3, 0, 2, 1], rules(2.0, 0.0), 0));
+    let ([lines, _], _) = streamed(&world, &[3, 0, 2, 1], rules(2.0, 0.0), 0);
     assert_eq!((lines.lines.len(), lines.lines[0].closed), (1, true));
     assert_eq!(lines.lines[0].length, 4.0 * (high - low) as f64);
 }
@@ -328,6 +330,9 @@ fn a_component_is_whole_when_all_it_waits_for_are_done() {
     assert!(open.done(TileId(1)).is_empty() && open.done(TileId(3)).is_empty());
     // A stranger at another place neither keeps it nor goes with it.
     open.add(open_part(8..11, 9, &[5])).expect("room");
+    // What comes after all that it waits for is whole when it comes.
+    let late = open.add(open_part(11..13, 12, &[0, 1])).expect("room").expect("whole");
+    assert_eq!(late.links.len(), 1);
     let whole = open.done(TileId(2));
     assert_eq!((whole.len(), whole[0].links.len(), whole[0].vertices.len()), (1, 5, 7));
     assert_eq!(open.held().components, 1);
@@ -347,10 +352,10 @@ fn parts_of_one_tile_wait_for_the_tile() {
 
 #[test]
 fn what_does_not_fit_is_an_error_that_says_where() {
-    let mut open = OpenComponents::new(5000);
+    let mut open = OpenComponents::new(8000);
     open.add(open_part(0..4, 3, &[1])).expect("room");
     let error = open.add(open_part(3..12, 3, &[2])).expect_err("that is too much");
-    assert!(matches!(error, StitchError::TooLarge { vertices: 13, memory: 5000, .. }), "{error}");
+    assert!(matches!(error, StitchError::TooLarge { vertices: 13, memory: 8000, .. }), "{error}");
     let text = error.to_string();
     assert!(text.contains("near (") && text.contains("give more memory"), "{text}");
 }
