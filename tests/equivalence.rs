@@ -40,14 +40,14 @@ fn outcome(mesh: &Path, params: Params, limits: Limits, kept: Lines) -> Outcome 
         ["lines.ply", "fitted.ply", "attributes.ply"].map(|name| dir.path().join(name));
     let source = PlySource::open(mesh, limits.io).unwrap_or_else(|e| panic!("{e}"));
     let mut table = AttributeFile::create(&attributes, &source).unwrap_or_else(|e| panic!("{e}"));
-    let failed = |e| panic!("{} {limits:?}: {e}", mesh.display());
-    let job = Job::new(&source, params, limits, &Silent).unwrap_or_else(failed);
+    let what = format!("{} {limits:?}", mesh.display());
+    let job = Job::new(&source, params, limits, &Silent).unwrap_or_else(|e| panic!("{what}: {e}"));
     let write = |path: &Path, lines: &dyn LineSource| {
         write_ply(path, lines).unwrap_or_else(|e| panic!("{e}"));
     };
     let (largest, tiles) = match kept {
         Lines::InMemory => {
-            let found = job.run(Some(&mut table)).unwrap_or_else(failed);
+            let found = job.run(Some(&mut table)).unwrap_or_else(|e| panic!("{what}: {e}"));
             write(&lines, &found.lines);
             let largest = found.lines.largest_salience;
             write(&fitted, &found.lines.with_geometry(Geometry::Fitted));
@@ -56,7 +56,7 @@ fn outcome(mesh: &Path, params: Params, limits: Limits, kept: Lines) -> Outcome 
         Lines::Spilled => {
             let memory = LineMemory { open: u64::MAX, lines: LITTLE };
             let job = job.with_line_memory(memory, dir.path());
-            let found = job.run_stored(Some(&mut table)).unwrap_or_else(failed);
+            let found = job.run_stored(Some(&mut table)).unwrap_or_else(|e| panic!("{what}: {e}"));
             assert!(found.lines.spilled() || found.lines.counts().vertices < 200, "{}", mesh.display());
             write(&lines, &found.lines);
             let largest = found.lines.largest_salience();

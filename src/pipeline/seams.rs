@@ -11,6 +11,10 @@ use crate::partition::{Cell, Plan};
 use crate::stitch::Seam;
 use glam::DVec3;
 
+/// Links end that many rings around owned vertices, and the rings around their ends are read; complete is what lies within
+/// a trace of where links end.
+const _: () = assert!(method::LINK_STEPS <= method::TRACE_STEPS);
+
 /// The seams among `named` (local indices, ascending).
 pub fn seams(tile: &Certified, plan: &Plan, named: &[u32]) -> Vec<Seam> {
     if plan.is_in_core() {

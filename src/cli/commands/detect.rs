@@ -16,8 +16,8 @@ use std::fs;
 use std::path::Path;
 use std::time::Instant;
 
-/// Bytes for lines and what is open between tiles: enough for a million vertices on lines; more go to files.
-const LINE_MEMORY: u64 = 1 << 29;
+/// Memory for lines: enough for half a million vertices on them; more go to files.
+const LINE_MEMORY: LineMemory = LineMemory { lines: 1 << 28, ..LineMemory::UNBOUNDED };
 
 /// Does what `args` ask for.
 ///
@@ -36,7 +36,7 @@ pub(in crate::cli) fn detect(args: &DetectArgs) -> Result<Exit, Failure> {
     let progress = Progress::new(args.progress(), args.report.verbose);
     let of_run = |error| Failure::of_run(&args.input, error);
     let job = Job::new(&source, params, limits, &progress).map_err(of_run)?;
-    let job = job.with_line_memory(LineMemory::halves(LINE_MEMORY), &std::env::temp_dir());
+    let job = job.with_line_memory(LINE_MEMORY, &std::env::temp_dir());
     let attributes = args
         .attributes
         .as_deref()
