@@ -8,8 +8,9 @@ use super::component::{Part, Rules, finish};
 use super::error::StitchError;
 use super::fragments::Defects;
 use super::open::{Held, OpenComponents};
-use super::store::{LineStore, Scratch, StoredLines};
+use super::store::{LineStore, StoredLines};
 use crate::mesh::TileId;
+use crate::spill::ScratchPlace;
 use std::path::Path;
 
 /// Takes the shares of tiles.
@@ -71,7 +72,7 @@ impl Stitcher {
         Stitcher {
             rules,
             open: OpenComponents::new(memory.open),
-            store: LineStore::new(memory.lines, &Scratch::below(scratch)),
+            store: LineStore::new(memory.lines, &ScratchPlace::below(scratch)),
             largest_salience: 0.0,
             defects: Defects::default(),
             links: 0,

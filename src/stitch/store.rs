@@ -7,11 +7,6 @@
 //! Memory: each of the four sorts gets a quarter, and no more than four are in use at a time. What does not fit is in
 //! temporary files, about 250 bytes for each vertex on a line.
 
-mod scratch;
-mod sorter;
-
-pub use scratch::Scratch;
-
 use super::component::{Finished, FinishedLine};
 use super::error::StitchError;
 use super::fragments::Kind;
@@ -19,15 +14,15 @@ use super::lines::{Measures, length};
 use super::set::{Geometry, LineVertex};
 use super::source::{Counts, LineSource, Polyline, Stream};
 use crate::mesh::VertexId;
+use crate::spill::{Merge, Record, ScratchPlace, Sorted, Sorter};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
-use sorter::{Merge, Record, Sorted, Sorter};
 use std::cmp::Ordering;
 
 /// Takes finished components.
 #[derive(Debug)]
 pub struct LineStore {
-    scratch: Scratch,
+    scratch: ScratchPlace,
     memory: u64,
     vertices: Sorter<StoredVertex>,
     lines: Sorter<StoredLine>,
@@ -96,7 +91,7 @@ impl Record for Place {
 
 impl LineStore {
     /// An empty store that uses about `memory` bytes, and `scratch` for what does not fit.
-    pub fn new(memory: u64, scratch: &Scratch) -> LineStore {
+    pub fn new(memory: u64, scratch: &ScratchPlace) -> LineStore {
         LineStore {
             scratch: scratch.clone(),
             memory,

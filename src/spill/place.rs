@@ -1,20 +1,20 @@
 //! A scratch directory that is made when the first file goes there: most runs need none.
 
-use crate::spill::{ScratchDir, SpillError};
+use super::{ScratchDir, SpillError};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// Where temporary files go. Clones share the directory; it is removed with the last user of it.
 #[derive(Clone, Debug)]
-pub struct Scratch {
+pub struct ScratchPlace {
     parent: PathBuf,
     dir: Arc<Mutex<Option<ScratchDir>>>,
 }
 
-impl Scratch {
+impl ScratchPlace {
     /// Below `parent`.
-    pub fn below(parent: &Path) -> Scratch {
-        Scratch { parent: parent.to_owned(), dir: Arc::default() }
+    pub fn below(parent: &Path) -> ScratchPlace {
+        ScratchPlace { parent: parent.to_owned(), dir: Arc::default() }
     }
 
     /// The directory.

@@ -4,8 +4,7 @@
 //! they fill the memory; then they are sorted and written as a *run*. [`FAN_IN`] runs of one level are merged into one of
 //! the next, so that few files are open at a time and every record is rewritten a few times only.
 
-use super::scratch::Scratch;
-use crate::spill::{SpillError, SpillFile, SpillReader, SpillWriter};
+use super::{ScratchPlace, SpillError, SpillFile, SpillReader, SpillWriter};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::cmp::Ordering;
@@ -29,7 +28,7 @@ const FAN_IN: usize = 16;
 #[derive(Debug)]
 pub struct Sorter<R> {
     name: &'static str,
-    scratch: Scratch,
+    scratch: ScratchPlace,
     /// Bytes for records that are not written yet.
     memory: u64,
     /// Size of the blocks of a run.
@@ -43,7 +42,7 @@ pub struct Sorter<R> {
 impl<R: Record> Sorter<R> {
     /// Sorts within about `memory` bytes, half of them for records and half for reading runs back. `name` is what its files
     /// begin with.
-    pub fn new(name: &'static str, memory: u64, scratch: &Scratch) -> Sorter<R> {
+    pub fn new(name: &'static str, memory: u64, scratch: &ScratchPlace) -> Sorter<R> {
         Sorter {
             name,
             scratch: scratch.clone(),
@@ -260,7 +259,7 @@ mod tests {
         }
     }
 
-    fn sorted(memory: u64, records: &[Vec<u64>], scratch: &Scratch) -> Sorted<Vec<u64>> {
+    fn sorted(memory: u64, records: &[Vec<u64>], scratch: &ScratchPlace) -> Sorted<Vec<u64>> {
         let mut sorter = Sorter::new("test", memory, scratch);
         for record in records {
             sorter.push(record.clone()).expect("room");
@@ -273,7 +272,7 @@ mod tests {
     #[test]
     fn many_runs_are_merged_in_levels() {
         let parent = tempfile::tempdir().expect("a temporary directory");
-        let scratch = Scratch::below(parent.path());
+        let scratch = ScratchPlace::below(parent.path());
         // Some records are longer than a block.
         let records: Vec<Vec<u64>> =
             (0..3000u64).map(|i| vec![i * 7919 % 3001; if i % 500 == 0 { 400 } else { 3 }]).collect();
@@ -291,7 +290,7 @@ mod tests {
 
     #[test]
     fn what_fits_makes_no_files() {
-        let scratch = Scratch::below("/nowhere".as_ref());
+        let scratch = ScratchPlace::below("/nowhere".as_ref());
         let all = sorted(1 << 20, &[vec![3], vec![1, 2], vec![]], &scratch);
         let read: Vec<Vec<u64>> = all.iter().and_then(|merge| merge.collect()).expect("readable");
         assert!(read == [vec![], vec![1, 2], vec![3]] && !all.spilled());
@@ -305,7 +304,7 @@ mod tests {
         #[test]
         fn any_memory_gives_the_same(records in prop::collection::vec(prop::collection::vec(0u64..9, 0..5), 0..200), memory in 0u64..6000) {
             let parent = tempfile::tempdir().expect("a temporary directory");
-            let all = sorted(memory, &records, &Scratch::below(parent.path()));
+            let all = sorted(memory, &records, &ScratchPlace::below(parent.path()));
             let read: Vec<Vec<u64>> = all.iter().and_then(|merge| merge.collect()).expect("readable");
             let mut expected = records;
             expected.sort();
