@@ -6,6 +6,7 @@ use crate::mesh::TileId;
 use crate::output::OutputError;
 use crate::partition::LoadError;
 use crate::spill::SpillError;
+use crate::stitch::StitchError;
 use glam::DVec3;
 
 /// A run that did not succeed.
@@ -50,6 +51,9 @@ pub enum Error {
     /// A temporary file failed.
     #[error(transparent)]
     Spill(#[from] SpillError),
+    /// The lines cannot be held.
+    #[error(transparent)]
+    Stitch(StitchError),
     /// A result cannot be written.
     #[error(transparent)]
     Output(#[from] OutputError),
@@ -80,6 +84,15 @@ impl From<LoadError> for Error {
         match error {
             LoadError::Input(error) => error.into(),
             other => Error::Load(other),
+        }
+    }
+}
+
+impl From<StitchError> for Error {
+    fn from(error: StitchError) -> Error {
+        match error {
+            StitchError::Spill(error) => Error::Spill(error),
+            other => Error::Stitch(other),
         }
     }
 }

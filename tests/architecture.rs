@@ -36,7 +36,7 @@ const LIMITS: [(&str, &[&str]); 6] = [
     ("input", &["mesh", "spill"]),
     ("config", &["input"]),
     // Knows what an error is, not what a mesh or a vote is.
-    ("error", &["mesh", "spill", "input", "config", "partition", "output"]),
+    ("error", &["mesh", "spill", "input", "config", "partition", "stitch", "output"]),
 ];
 
 /// The only modules that name the joint error type; the layers have their own.

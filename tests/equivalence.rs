@@ -1,13 +1,13 @@
 //! The promise of the program: the same bytes however the work was cut up.
 //!
 //! Every output file is written by the real writers and compared byte for byte with that of the in-core run, over tile
-//! sizes, thread counts and ways of reading.
+//! sizes, thread counts and ways of reading. The lines of the in-core run are in memory, those of the others in files.
 
 mod support;
 
 use crease::input::{IoMode, PlySource};
 use crease::output::{AttributeFile, write_ply};
-use crease::stitch::Geometry;
+use crease::stitch::{Geometry, LineMemory, LineSource};
 use crease::{Job, Limits, Method, PaperThresholds, Params, Sigma, Silent, Tiling};
 use std::path::{Path, PathBuf};
 use support::{fixture, real_mesh};
@@ -22,25 +22,53 @@ struct Outcome {
     tiles: u64,
 }
 
-fn outcome(mesh: &Path, params: Params, limits: Limits) -> Outcome {
+/// Where the lines are kept.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Lines {
+    /// In memory, as a user of the library gets them.
+    InMemory,
+    /// In so little memory that all of them go to files, as far as they are more than a handful.
+    Spilled,
+}
+
+/// Bytes for lines that are spilled.
+const LITTLE: u64 = 1 << 16;
+
+fn outcome(mesh: &Path, params: Params, limits: Limits, kept: Lines) -> Outcome {
     let dir = tempfile::tempdir().expect("a temporary directory");
     let [lines, fitted, attributes] =
         ["lines.ply", "fitted.ply", "attributes.ply"].map(|name| dir.path().join(name));
     let source = PlySource::open(mesh, limits.io).unwrap_or_else(|e| panic!("{e}"));
     let mut table = AttributeFile::create(&attributes, &source).unwrap_or_else(|e| panic!("{e}"));
-    let found = Job::new(&source, params, limits, &Silent)
-        .and_then(|job| job.run(Some(&mut table)))
-        .unwrap_or_else(|e| panic!("{} {limits:?}: {e}", mesh.display()));
-    table.finish(found.lines.largest_salience).unwrap_or_else(|e| panic!("{e}"));
-    write_ply(&lines, &found.lines).unwrap_or_else(|e| panic!("{e}"));
-    write_ply(&fitted, &found.lines.with_geometry(Geometry::Fitted)).unwrap_or_else(|e| panic!("{e}"));
+    let what = format!("{} {limits:?}", mesh.display());
+    let job = Job::new(&source, params, limits, &Silent).unwrap_or_else(|e| panic!("{what}: {e}"));
+    let write = |path: &Path, lines: &dyn LineSource| {
+        write_ply(path, lines).unwrap_or_else(|e| panic!("{e}"));
+    };
+    let (largest, tiles) = match kept {
+        Lines::InMemory => {
+            let found = job.run(Some(&mut table)).unwrap_or_else(|e| panic!("{what}: {e}"));
+            write(&lines, &found.lines);
+            let largest = found.lines.largest_salience;
+            write(&fitted, &found.lines.with_geometry(Geometry::Fitted));
+            (largest, found.work.tiles)
+        }
+        Lines::Spilled => {
+            let memory = LineMemory { open: u64::MAX, lines: LITTLE };
+            let job = job.with_line_memory(memory).with_workspace(dir.path(), true);
+            let found = job.run_stored(Some(&mut table)).unwrap_or_else(|e| panic!("{what}: {e}"));
+            assert!(found.lines.spilled() || found.lines.counts().vertices < 200, "{}", mesh.display());
+            write(&lines, &found.lines);
+            let largest = found.lines.largest_salience();
+            write(&fitted, &found.lines.with_geometry(Geometry::Fitted));
+            (largest, found.work.tiles)
+        }
+    };
+    table.finish(largest).unwrap_or_else(|e| panic!("{e}"));
     let read = |path| std::fs::read(path).expect("an output file");
-    Outcome {
-        lines: read(lines),
-        fitted: read(fitted),
-        attributes: read(attributes),
-        tiles: found.work.tiles,
-    }
+    let outcome = Outcome { lines: read(lines), fitted: read(fitted), attributes: read(attributes), tiles };
+    assert_eq!(std::fs::read_dir(dir.path()).expect("list").count(), 3, "something was left behind");
+    outcome
 }
 
 /// Says where two files first differ rather than printing them.
@@ -52,9 +80,9 @@ fn assert_same(what: &str, a: &[u8], b: &[u8]) {
 }
 
 fn assert_equivalent(mesh: &Path, params: Params, limits: &[Limits]) {
-    let whole = outcome(mesh, params, support::in_core());
+    let whole = outcome(mesh, params, support::in_core(), Lines::InMemory);
     for &limits in limits {
-        let cut = outcome(mesh, params, limits);
+        let cut = outcome(mesh, params, limits, Lines::Spilled);
         let what = format!("{} {limits:?} ({} tiles)", mesh.display(), cut.tiles);
         assert_same(&format!("{what}: lines"), &whole.lines, &cut.lines);
         assert_same(&format!("{what}: fitted lines"), &whole.fitted, &cut.fitted);

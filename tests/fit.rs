@@ -72,7 +72,7 @@ impl Found {
     /// Angles in degrees at the line vertices near true lines, corners left out; sorted.
     fn angles(&self) -> Vec<f64> {
         let near = self.found.lines.vertices.iter().filter(|v| !v.corner && self.off(v.position) <= 1.5);
-        let mut angles: Vec<f64> = near.map(|v| v.fit.angle.to_degrees()).collect();
+        let mut angles: Vec<f64> = near.map(|v| v.angle.to_degrees()).collect();
         angles.sort_by(f64::total_cmp);
         angles
     }
@@ -123,7 +123,7 @@ fn ridges_are_convex_and_valleys_concave() {
         // Folds lie at 1, 2, 3, 4 times the width of a strip: a valley, a ridge, a valley, a ridge.
         let fold = (vertex.position.x / (16.0 * libm::cos(10f64.to_radians()))).round() as i64;
         let expected = if fold % 2 == 0 { Bend::Convex } else { Bend::Concave };
-        seen[(vertex.fit.bend == expected) as usize] += 1;
+        seen[(vertex.bend == expected) as usize] += 1;
     }
     assert!(seen[1] > 50 && seen[0] * 20 < seen[1], "{seen:?}");
 }

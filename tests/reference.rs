@@ -56,7 +56,7 @@ fn compare_fits(name: &str, found: &Detection) {
         for (&id, (&point, &angle)) in chain.iter().zip(points.iter().zip(angles)) {
             let place = found.lines.vertices.binary_search_by_key(&id, |v| v.id.0).expect("a line vertex");
             let ours = &found.lines.vertices[place];
-            let signed = if ours.fit.bend == Bend::Concave { -ours.fit.angle } else { ours.fit.angle };
+            let signed = if ours.bend == Bend::Concave { -ours.angle } else { ours.angle };
             assert!((signed.to_degrees() - angle).abs() < 1e-3, "{id}: {signed} rad, golden {angle} deg");
             let apart = (ours.fitted - DVec3::from(point)).length();
             assert!(apart < 1e-6, "{id}: {} is {apart} from the golden {point:?}", ours.fitted);

@@ -6,6 +6,7 @@ use crate::error::Error;
 use crate::input::InputError;
 use crate::output::OutputError;
 use crate::spill::SpillError;
+use crate::stitch::StitchError;
 use std::fmt::Display;
 use std::path::Path;
 use std::process::ExitCode;
@@ -81,6 +82,7 @@ impl Failure {
             Error::Spill(error) => error.into(),
             Error::Param(error) => Failure::about(Exit::Usage, input, error),
             Error::Load(error) => Failure::about(Exit::Resource, input, error),
+            Error::Stitch(error) => Failure::about(Exit::Resource, input, error),
             error @ (Error::Threads(_) | Error::NoRoom { .. } | Error::NoMemory { .. }) => {
                 Failure::about(Exit::Resource, input, error)
             }
@@ -98,6 +100,7 @@ impl From<InputError> for Failure {
 impl From<OutputError> for Failure {
     fn from(error: OutputError) -> Failure {
         match error {
+            OutputError::Lines(StitchError::Spill(error)) => error.into(),
             OutputError::Exists { .. } => Failure::new(Exit::Usage, error.to_string()),
             _ if error.is_out_of_space() => Failure::new(
                 Exit::Resource,
@@ -149,6 +152,23 @@ mod tests {
         let failure = of(params.scale(10.0).expect_err("a tenth of an edge is too small"));
         assert_eq!(failure.exit, Exit::Usage);
         assert!(failure.message.starts_with("scan.ply: sigma is 0.100 median edge lengths"), "{failure:?}");
+    }
+
+    #[test]
+    fn lines_that_do_not_fit_are_4_and_say_where() {
+        let failure =
+            of(StitchError::TooLarge { vertices: 7, near: [1.0, 2.5, -3.0], needed: 2000, memory: 1000 });
+        assert_eq!(failure.exit, Exit::Resource);
+        for part in ["scan.ply: 2000 bytes", "1000 are there", "near (1, 2.5, -3)", "give more memory"] {
+            assert!(failure.message.contains(part), "{part} is not in {failure:?}");
+        }
+        let full = SpillError::Io {
+            path: "t".into(),
+            action: "cannot write",
+            source: io::ErrorKind::StorageFull.into(),
+        };
+        let failure = of(OutputError::Lines(full.into()));
+        assert!(failure.exit == Exit::Resource && failure.message.contains("--workspace"), "{failure:?}");
     }
 
     #[test]

@@ -8,7 +8,7 @@ use super::text::{
 };
 use crate::config::{Method, NO_LIMIT, PaperThresholds, Params, method};
 use crate::pipeline::Detection;
-use crate::stitch::{Class, Line};
+use crate::stitch::{Class, ClassTotal, Statistics};
 use std::fmt;
 use std::path::Path;
 use std::time::Duration;
@@ -17,7 +17,7 @@ use std::time::Duration;
 pub(super) struct Outcome<'a> {
     pub input: &'a str,
     pub params: &'a Params,
-    pub found: &'a Detection,
+    pub found: &'a Detection<Statistics>,
     pub threads: usize,
     pub io: &'static str,
     /// Of the whole run.
@@ -75,13 +75,11 @@ impl Outcome<'_> {
     }
 
     fn lines(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let set = &self.found.lines;
-        let (count, length) = total(set.lines.iter());
+        let Statistics { all, classes, closed, corners, .. } = self.found.lines.clone();
+        let ClassTotal { lines: count, length, .. } = all;
         if count == 0 {
             return write!(f, "\nfound no lines; for weaker, shorter or finer ones try\n{}", self.hints());
         }
-        let closed = set.lines.iter().filter(|l| l.closed).count() as u64;
-        let corners = set.vertices.iter().filter(|v| v.corner).count() as u64;
         // One number of decimals for all, so that lengths can be compared at a glance.
         let decimals = decimals_for(length, 5);
         writeln!(
@@ -95,13 +93,13 @@ impl Outcome<'_> {
         let head = ["class", "lines", "length", "share", "fold seen", "from", "to"].map(str::to_owned);
         let mut rows = vec![head.to_vec()];
         for class in CLASSES {
-            let of_class = || set.lines.iter().filter(|l| l.class == class);
-            let (count, sum) = total(of_class());
-            if count > 0 {
-                let (name, share) = (class.name().to_owned(), percent(sum, length));
-                let mut row = vec![name, grouped(count), with_decimals(sum, decimals), share];
+            let total = &classes[class as usize];
+            if total.lines > 0 {
+                let (name, share) = (class.name().to_owned(), percent(total.length, length));
+                let mut row = vec![name, grouped(total.lines), with_decimals(total.length, decimals), share];
                 if matches!(class, Class::Weak | Class::Sharp) {
-                    row.extend(angles(of_class()));
+                    let [least, most] = total.angles;
+                    row.extend([total.mean_angle(), least, most].map(|angle| format!("{angle:.1}°")));
                 }
                 rows.push(row);
             }
@@ -231,32 +229,15 @@ fn not_available() -> String {
     "not available".to_owned()
 }
 
-fn total<'a>(lines: impl Iterator<Item = &'a Line>) -> (u64, f64) {
-    lines.fold((0, 0.0), |(count, length), line| (count + 1, length + line.length))
-}
-
-/// Mean over the length, and the range of the means of the lines.
-fn angles<'a>(lines: impl Iterator<Item = &'a Line>) -> [String; 3] {
-    let (mut sum, mut length, mut least, mut most) = (0.0, 0.0, f64::INFINITY, 0.0f64);
-    for line in lines {
-        sum += line.angle * line.length;
-        length += line.length;
-        least = least.min(line.angle);
-        most = most.max(line.angle);
-    }
-    let mean = sum / length.max(f64::MIN_POSITIVE);
-    [mean, least, most].map(|angle| format!("{angle:.1}°"))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::partition::{Bounds, Scan};
     use crate::pipeline::{Stage, Work};
     use crate::refine::Bend;
-    use crate::stitch::{Defects, LineSet};
+    use crate::stitch::{Defects, Measures, StitchWork};
 
-    fn detection(lines: Vec<Line>) -> Detection {
+    fn detection(lines: Vec<Measures>) -> Detection<Statistics> {
         let scan = Scan {
             mean_side: 0.6,
             vertices: 1,
@@ -279,16 +260,19 @@ mod tests {
             regrown: 1,
             rewritten: false,
             temporary_bytes: 0,
+            stitch: StitchWork::default(),
             stages: vec![(Stage::Scan, Duration::from_secs(1))],
         };
-        Detection { lines: LineSet { lines, ..LineSet::default() }, scan, defects, work }
+        let mut statistics = Statistics::default();
+        lines.iter().for_each(|line| statistics.add_line(line));
+        Detection { lines: statistics, scan, defects, work }
     }
 
-    fn text(found: &Detection) -> String {
+    fn text(found: &Detection<Statistics>) -> String {
         text_of(found, &Params { min_angle_deg: 5.0, ..Params::default() })
     }
 
-    fn text_of(found: &Detection, params: &Params) -> String {
+    fn text_of(found: &Detection<Statistics>, params: &Params) -> String {
         Outcome {
             input: "scan.ply",
             params,
@@ -313,10 +297,10 @@ mod tests {
         .to_string()
     }
 
-    fn line(class: Class, length: f64, angle: f64) -> Line {
+    fn line(class: Class, length: f64, angle: f64) -> Measures {
         let closed = class == Class::Weak;
         let bend = Bend::Unknown;
-        Line { vertices: vec![0, 1, 0], class, closed, length, strength: 0.5, angle, bend }
+        Measures { class, closed, length, strength: 0.5, angle, bend }
     }
 
     #[test]

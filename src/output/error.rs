@@ -1,6 +1,7 @@
 //! Why a result could not be written.
 
 use crate::spill::SpillError;
+use crate::stitch::StitchError;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -36,6 +37,9 @@ pub enum OutputError {
         /// Of what.
         what: &'static str,
     },
+    /// The lines cannot be read back.
+    #[error(transparent)]
+    Lines(#[from] StitchError),
 }
 
 impl OutputError {

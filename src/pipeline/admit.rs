@@ -15,10 +15,11 @@ use crate::mesh::TileId;
 use crate::partition::{Cell, LoadError, Plan};
 use rayon::ThreadPool;
 use std::collections::VecDeque;
+use std::sync::atomic::{AtomicU32, Ordering};
 
 /// A tile that may be worked on.
 pub struct Admitted<'b> {
-    /// Which one, in the order of loading.
+    /// The cell of the plan that it is of, whole or a piece of it.
     pub id: TileId,
     /// The tile.
     pub tile: Certified,
@@ -35,10 +36,10 @@ pub struct Admission<'a, 'b> {
     /// Where the work of loading is done. Waiting is not: a thread of the pool that waited for a tile to be done might be the
     /// one that has taken up loading in the middle of that very tile.
     pool: &'a ThreadPool,
-    /// Cells whose tiles are still to be loaded.
-    waiting: VecDeque<Cell>,
-    /// How many tiles were loaded.
-    loaded: u32,
+    /// Cells whose tiles are still to be loaded, pieces of cells among them.
+    waiting: VecDeque<(TileId, Cell)>,
+    /// How many pieces of each cell of the plan are not done: one, unless it was cut.
+    pieces: &'a [AtomicU32],
     /// Refinement rounds that the last tile needed. Noise is much the same everywhere in a scan: the best guess for the next.
     rounds: u32,
 }
@@ -59,15 +60,16 @@ impl<'a, 'b> Admission<'a, 'b> {
         halo: &'a Halo,
         budget: &'b Budget,
         pool: &'a ThreadPool,
+        pieces: &'a [AtomicU32],
         rounds: u32,
     ) -> Admission<'a, 'b> {
-        let waiting = plan.cells.iter().copied().collect();
-        Admission { source, plan, halo, budget, pool, waiting, loaded: 0, rounds }
+        let waiting = (0..).map(TileId).zip(plan.cells.iter().copied()).collect();
+        Admission { source, plan, halo, budget, pool, waiting, pieces, rounds }
     }
 
-    /// Which tile the next one will be.
+    /// Of which cell the next tile will be.
     pub fn next_id(&self) -> TileId {
-        TileId(self.loaded)
+        self.waiting.front().map_or(TileId(0), |(id, _)| *id)
     }
 
     /// Loads the next tile as soon as there is memory for it. `None` if there is none left.
@@ -75,14 +77,14 @@ impl<'a, 'b> Admission<'a, 'b> {
     /// # Errors
     /// If the source fails, or the faces around one place are too many for the memory.
     pub fn next(&mut self) -> Result<Option<Next<'b>>, Error> {
-        let Some(cell) = self.waiting.pop_front() else { return Ok(None) };
+        let Some((id, cell)) = self.waiting.pop_front() else { return Ok(None) };
         let expected = expected_faces(self.plan, &cell, self.halo.margin(self.plan, self.rounds));
         let total = self.budget.total();
         // Estimates are some percent off; whoever is much too low comes back for all there is.
         let first = tile_bytes(expected + expected / 8).min(total);
         let mut faces = 0;
         for bytes in [first, total] {
-            match self.load(&cell, bytes) {
+            match self.load(id, &cell, bytes) {
                 Ok(admitted) => return Ok(Some(Next::Tile(Box::new(admitted)))),
                 Err(Error::Load(LoadError::TooManyFaces { faces: found, .. })) => faces = found,
                 Err(error) => return Err(error),
@@ -98,12 +100,13 @@ impl<'a, 'b> Admission<'a, 'b> {
             });
         };
         tracing::debug!(?cell, faces, "cut in two: too many faces for the memory");
-        self.waiting.push_front(b);
-        self.waiting.push_front(a);
+        self.pieces[id.0 as usize].fetch_add(1, Ordering::Relaxed);
+        self.waiting.push_front((id, b));
+        self.waiting.push_front((id, a));
         Ok(Some(Next::Cut))
     }
 
-    fn load(&mut self, cell: &Cell, bytes: u64) -> Result<Admitted<'b>, Error> {
+    fn load(&mut self, id: TileId, cell: &Cell, bytes: u64) -> Result<Admitted<'b>, Error> {
         let mut permit = self.budget.reserve(bytes);
         let margin = self.halo.margin(self.plan, self.rounds);
         let tile = self
@@ -111,8 +114,6 @@ impl<'a, 'b> Admission<'a, 'b> {
             .install(|| certify(self.source, self.plan, self.halo, cell, margin, faces_in(bytes)))?;
         self.rounds = tile.most_rounds;
         permit.keep(tile_bytes(tile.mesh.face_count() as u64));
-        let id = self.next_id();
-        self.loaded += 1;
         Ok(Admitted { id, tile, permit })
     }
 }

@@ -1,4 +1,4 @@
-//! One tile, second half: steps A to D, from a certified tile to what it hands over. The methods differ in how they find
+//! One tile, second half: steps A to D, and E and F on the lines that end in it; from a certified tile to what it hands over. The methods differ in how they find
 //! features ([`Finding`]); from there on they are one.
 //!
 //! A pure function of what was loaded: it does not know whether the tile is one of a thousand or the only one.
@@ -6,6 +6,7 @@
 use super::census::census;
 use super::certify::Certified;
 use super::paper::PaperMethod;
+use super::seams::seams;
 use crate::config::{Method, Params, method};
 use crate::math::DEGREE;
 use crate::mesh::Field;
@@ -13,7 +14,7 @@ use crate::partition::Plan;
 use crate::refine::{
     Evidence, Extremes, Fit, Fitter, Link, Linker, Support, average_along, contrast, ridges, smooth,
 };
-use crate::stitch::{Class, Fragments, LineVertex, LinkPath, OpenEdge, VertexFields};
+use crate::stitch::{Candidate, Class, Fragments, LinkPath, OpenEdge, Rules, TileShare, VertexFields, close};
 use crate::voting::{
     Stop, Surroundings, Vote, first_votes, refine, stops, surroundings, vote_again, votes, widen,
 };
@@ -21,8 +22,8 @@ use glam::DVec3;
 
 /// What one tile contributes.
 pub struct TileResult {
-    /// Its share of the line graph.
-    pub fragments: Fragments,
+    /// Its share of the lines: what it could finish alone, and what it could not.
+    pub share: TileShare,
     /// Fields of the vertices it owns, by ascending id; empty unless they were asked for.
     pub fields: Vec<VertexFields>,
     /// Faces that were loaded.
@@ -59,17 +60,18 @@ pub fn compute(
     let global = |l: &Link| LinkPath::new(l.vertices.iter().map(|&v| mesh.id(v)), l.weight);
     let owned = &tile.demand.owned;
     let fragments = Fragments {
-        vertices: named.iter().map(|&v| finding.line_vertex(tile, &fits, v)).collect(),
+        vertices: named.iter().map(|&v| finding.candidate(tile, &fits, v)).collect(),
         links: links.iter().map(global).collect(),
         open_edges: open_edges
             .iter()
             .map(|e| OpenEdge { ends: e.ends.map(|v| mesh.id(v)), crowded: e.crowded })
             .collect(),
+        seams: seams(tile, plan, &named),
         largest_salience: finding.support.max_over(owned, |s| s.salience),
         defects,
     };
     TileResult {
-        fragments,
+        share: close(fragments, &Rules::new(&plan.scale, params)),
         fields: with.iter().map(|&v| finding.fields(tile, &fits, v)).collect(),
         loaded_faces: mesh.face_count() as u64,
         owned_faces: mesh.corners.iter().filter(|c| tile.owns_face(c)).count() as u64,
@@ -195,12 +197,11 @@ impl Finding {
         }
     }
 
-    fn line_vertex(&self, tile: &Certified, fits: &Field<Fit>, v: u32) -> LineVertex {
+    fn candidate(&self, tile: &Certified, fits: &Field<Fit>, v: u32) -> Candidate {
         let stop = self.stops.get(v);
-        LineVertex {
+        Candidate {
             id: tile.mesh.id(v),
             position: tile.mesh.position(v),
-            fitted: tile.mesh.position(v),
             theta: self.votes.get(v).theta,
             fit: fits.get(v),
             salience: self.support.get(v).salience,

@@ -11,6 +11,7 @@ mod paper;
 mod planned;
 mod probe;
 mod run;
+mod seams;
 mod sizing;
 
 pub use events::{Event, Observer, Silent, Stage};

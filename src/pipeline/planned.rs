@@ -5,6 +5,7 @@
 
 use super::certify::Halo;
 use super::probe::typical_rounds;
+use super::run::LINE_SHARE;
 use super::sizing::{Sizes, cut, faces_in};
 use crate::config::{Limits, Params, Tiling};
 use crate::error::Error;
@@ -47,7 +48,8 @@ impl Planned {
         let small = SMALL_BYTES + THREAD_BYTES * rayon::current_num_threads() as u64;
         let needed = small + scan.bytes() + plan.bytes();
         // Whatever is left must do for tiles; a run that plans longer than it works is of no use to anybody.
-        let tile_memory = limits.memory.saturating_sub(needed);
+        let lines = limits.memory / LINE_SHARE;
+        let tile_memory = limits.memory.saturating_sub(needed).saturating_sub(lines);
         if tile_memory < needed {
             return Err(Error::NoMemory { needed: 2 * needed, memory: limits.memory });
         }

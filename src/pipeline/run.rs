@@ -5,37 +5,49 @@
 
 use super::admit::{Admission, Admitted, Next};
 use super::budget::{Budget, Permit};
-use super::certify::{Certified, Halo};
+use super::certify::Halo;
 use super::compute::{TileResult, compute};
 use super::events::{Event, Observer, Stage};
 use super::order::{Mesh, ORDER_MEMORY, Rewriter, Workspace};
 use super::paper::PaperMethod;
 use super::planned::Planned;
-use crate::config::{Limits, Method, PaperThresholds, Params};
+use crate::config::{Limits, Method, NO_LIMIT, PaperThresholds, Params};
 use crate::error::Error;
 use crate::input::MeshSource;
 use crate::mesh::TileId;
 use crate::output::FieldSink;
 use crate::partition::{PaperReach, Pass, Scale, Scan, scan};
 use crate::refine::{Extremes, OmegaRange};
-use crate::stitch::{Defects, Fragments, LineSet, stitch};
+use crate::stitch::{Defects, LineMemory, LineSet, Rules, StitchWork, Stitched, Stitcher, StoredLines};
 use crossbeam::channel::{Receiver, Sender, bounded};
 use rayon::ThreadPool;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::{Duration, Instant};
 
 /// Feature lines, and how they were found.
 #[derive(Clone, Debug)]
-pub struct Detection {
+pub struct Detection<Lines = LineSet> {
     /// The lines.
-    pub lines: LineSet,
+    pub lines: Lines,
     /// What the scan found.
     pub scan: Scan,
     /// Defects that adjacency shows.
     pub defects: Defects,
     /// How the work went.
     pub work: Work,
+}
+
+impl<Lines> Detection<Lines> {
+    /// The same with something else in the place of the lines.
+    ///
+    /// # Errors
+    /// If `f` fails.
+    pub fn try_map<Other, E>(self, f: impl FnOnce(Lines) -> Result<Other, E>) -> Result<Detection<Other>, E> {
+        let Detection { lines, scan, defects, work } = self;
+        Ok(Detection { lines: f(lines)?, scan, defects, work })
+    }
 }
 
 /// How the work went. None of it is part of the result.
@@ -55,6 +67,8 @@ pub struct Work {
     pub rewritten: bool,
     /// The most bytes of temporary files at a time.
     pub temporary_bytes: u64,
+    /// How the stitching went.
+    pub stitch: StitchWork,
     /// Wall time of each stage.
     pub stages: Vec<(Stage, Duration)>,
 }
@@ -68,8 +82,11 @@ pub struct Job<'a> {
     pool: ThreadPool,
     reach_factor: f64,
     workspace: Workspace,
+    line_memory: LineMemory,
 }
 
+/// Share of the memory that lines may use, and what is open between tiles.
+pub(super) const LINE_SHARE: u64 = 6;
 /// Share of the memory that sorting the mesh may use: what was planned is there at the same time.
 const ORDER_SHARE: u64 = 2;
 /// Tiles waiting between two stages. One keeps the workers busy while the loader reads on; more would only cost memory.
@@ -98,7 +115,11 @@ impl<'a> Job<'a> {
             force: false,
             memory: ORDER_MEMORY.min(limits.memory / ORDER_SHARE),
         };
-        Ok(Job { source, params, limits, observer, pool, reach_factor: 1.0, workspace })
+        let line_memory = match limits.memory {
+            NO_LIMIT => LineMemory::UNBOUNDED,
+            memory => LineMemory::halves(memory / LINE_SHARE),
+        };
+        Ok(Job { source, params, limits, observer, pool, reach_factor: 1.0, workspace, line_memory })
     }
 
     /// Chooses where temporary files go, if some are needed; `force` begins even if the disk seems too small. The default
@@ -109,9 +130,16 @@ impl<'a> Job<'a> {
         self
     }
 
-    /// Chooses how many bytes of memory sorting the mesh may use; 256 MiB if nothing is said.
+    /// Chooses how many bytes of memory sorting the mesh may use; 256 MiB, or half of what is allowed, if nothing is said.
     pub fn with_order_memory(mut self, bytes: u64) -> Self {
         self.workspace.memory = bytes;
+        self
+    }
+
+    /// Bounds the memory for the lines and for what is open between tiles. Lines that do not fit go to temporary files. If
+    /// nothing is said, it is a part of [`Limits::memory`].
+    pub fn with_line_memory(mut self, memory: LineMemory) -> Self {
+        self.line_memory = memory;
         self
     }
 
@@ -140,11 +168,20 @@ impl<'a> Job<'a> {
         })
     }
 
-    /// Does the whole job. The fields of all vertices go to `fields`, if there is a taker.
+    /// Does the whole job, with all lines in memory at its end. The fields of all vertices go to `fields`, if there is a
+    /// taker.
     ///
     /// # Errors
     /// If the input is bad, a resource runs out, or `fields` refuses.
     pub fn run(&self, fields: Option<&mut dyn FieldSink>) -> Result<Detection, Error> {
+        Ok(self.run_stored(fields)?.try_map(|lines| LineSet::collect(&lines))?)
+    }
+
+    /// The same with lines that need not fit into memory.
+    ///
+    /// # Errors
+    /// As for [`Job::run`].
+    pub fn run_stored(&self, fields: Option<&mut dyn FieldSink>) -> Result<Detection<StoredLines>, Error> {
         let mut work = Work::default();
         let (mesh, planned) = self.prepare(&mut work)?;
         let (source, plan) = (mesh.source(), &planned.plan);
@@ -165,15 +202,15 @@ impl<'a> Job<'a> {
         };
         self.observer.event(Event::Started { stage: Stage::Tiles, total: tiles });
         let started = Instant::now();
-        let fragments = self.tiles(source, &planned, &extremes, fields, &mut work)?;
+        let stitcher = self.tiles(source, &planned, &extremes, fields, &mut work)?;
         self.finished(Stage::Tiles, started, &mut work);
         // Temporary files go before the results come.
         drop(mesh);
-        self.observer.event(Event::Started { stage: Stage::Stitch, total: fragments.links.len() as u64 });
-        let defects = fragments.defects;
-        let lines = self.timed(Stage::Stitch, &mut work, || {
-            Ok::<_, Error>(stitch(fragments, &plan.scale, &self.params))
-        })?;
+        self.observer.event(Event::Started { stage: Stage::Stitch, total: stitcher.links() });
+        let Stitched { lines, defects, work: stitch } =
+            self.timed(Stage::Stitch, &mut work, || Ok::<_, Error>(stitcher.finish()?))?;
+        tracing::debug!(?stitch, "stitched");
+        work.stitch = stitch;
         Ok(Detection { lines, scan: planned.scan, defects, work })
     }
 
@@ -239,21 +276,22 @@ impl<'a> Job<'a> {
         let stage = Stage::Survey;
         let method = PaperMethod { plan: &planned.plan, sigma: self.params.sigma, thresholds };
         let mut omega = OmegaRange::default();
-        let range = |tile: &Certified| method.omega_range(tile);
-        work.regrown += self.over_tiles((source, planned), stage, Pass::Omega, range, |range| {
+        let range = |tile: &Admitted| method.omega_range(&tile.tile);
+        work.regrown += self.over_tiles((source, planned), stage, Pass::Omega, range, |range, _| {
             omega = omega.join(range);
             Ok(())
         })?;
         let mut salience = 0.0f64;
-        let largest = |tile: &Certified| method.largest_salience(tile, omega);
-        work.regrown += self.over_tiles((source, planned), stage, Pass::Salience, largest, |largest| {
-            salience = salience.max(largest);
-            Ok(())
-        })?;
+        let largest = |tile: &Admitted| method.largest_salience(&tile.tile, omega);
+        work.regrown +=
+            self.over_tiles((source, planned), stage, Pass::Salience, largest, |largest, _| {
+                salience = salience.max(largest);
+                Ok(())
+            })?;
         Ok(Extremes { omega, salience })
     }
 
-    /// The fragments of all tiles.
+    /// All tiles, stitched as they come in.
     fn tiles(
         &self,
         source: &dyn MeshSource,
@@ -261,23 +299,26 @@ impl<'a> Job<'a> {
         extremes: &Extremes,
         mut fields: Option<&mut dyn FieldSink>,
         work: &mut Work,
-    ) -> Result<Fragments, Error> {
+    ) -> Result<Stitcher, Error> {
         let with_fields = fields.is_some();
-        let mut all = Fragments::default();
-        let compute = |tile: &Certified| compute(tile, &planned.plan, &self.params, extremes, with_fields);
+        let plan = &planned.plan;
+        let rules = Rules::new(&plan.scale, &self.params);
+        let mut stitcher = Stitcher::new(rules, self.line_memory, &self.workspace.directory);
+        let compute = |tile: &Admitted| compute(&tile.tile, plan, &self.params, extremes, with_fields);
+        let mesh = (source, planned);
         let regrown =
-            self.over_tiles((source, planned), Stage::Tiles, Pass::Links, compute, |tile: TileResult| {
+            self.over_tiles(mesh, Stage::Tiles, Pass::Links, compute, |tile: TileResult, whole| {
                 work.tiles += 1;
                 work.loaded_faces += tile.loaded_faces;
                 work.owned_faces += tile.owned_faces;
                 if let Some(fields) = &mut fields {
                     fields.take(&tile.fields)?;
                 }
-                all.append(tile.fragments);
-                Ok(())
+                stitcher.take(tile.share)?;
+                Ok(whole.map_or(Ok(()), |cell| stitcher.done(cell))?)
             })?;
         work.regrown += regrown;
-        Ok(all)
+        Ok(stitcher)
     }
 
     /// What a tile must hold for the pass; the robust method has one pass only.
@@ -292,19 +333,20 @@ impl<'a> Job<'a> {
     }
 
     /// One pass: loader, workers and committer. `compute` makes something of each tile, which `take` gets, tiles in any
-    /// order. Returns how often a region had to grow.
+    /// order, with the cell that has come to its end with it, if one has. Returns how often a region had to grow.
     fn over_tiles<T: Send>(
         &self,
         (source, planned): (&dyn MeshSource, &Planned),
         stage: Stage,
         pass: Pass,
-        compute: impl Fn(&Certified) -> T + Sync,
-        mut take: impl FnMut(T) -> Result<(), Error>,
+        compute: impl Fn(&Admitted) -> T + Sync,
+        mut take: impl FnMut(T, Option<TileId>) -> Result<(), Error>,
     ) -> Result<u64, Error> {
         let plan = &planned.plan;
         let halo = self.halo(&plan.scale, pass);
         let budget = Budget::new(planned.tile_memory);
-        let admission = Admission::new(source, plan, &halo, &budget, &self.pool, planned.rounds);
+        let pieces: Vec<AtomicU32> = plan.cells.iter().map(|_| AtomicU32::new(1)).collect();
+        let admission = Admission::new(source, plan, &halo, &budget, &self.pool, &pieces, planned.rounds);
         let (to_workers, from_loader) = bounded::<Box<Admitted>>(WAITING_TILES);
         let (to_committer, results) = bounded::<Outcome<T>>(WAITING_TILES);
         let mut regrown = 0;
@@ -320,7 +362,8 @@ impl<'a> Job<'a> {
             let outcome: Result<(), Error> = results.iter().try_for_each(|result| {
                 let done = result?;
                 regrown += u64::from(done.regrown);
-                take(done.result)?;
+                let rest = pieces[done.id.0 as usize].fetch_sub(1, Ordering::Relaxed) - 1;
+                take(done.result, (rest == 0).then_some(done.id))?;
                 self.observer.event(Event::Advanced { stage, by: 1 });
                 Ok(())
             });
@@ -358,16 +401,17 @@ impl<'a> Job<'a> {
 
     fn work_on_tiles<'b, T: Send>(
         &self,
-        compute: &(impl Fn(&Certified) -> T + Sync),
+        compute: &(impl Fn(&Admitted) -> T + Sync),
         from_loader: Receiver<Box<Admitted<'b>>>,
         to_committer: Sender<Outcome<'b, T>>,
     ) {
         for admitted in from_loader {
+            let result = guarded(admitted.id, || Ok(self.pool.install(|| compute(&admitted))));
             let Admitted { id, tile, permit } = *admitted;
             let regrown = tile.regrown;
-            let result = guarded(id, || Ok(self.pool.install(|| compute(&tile))));
             drop(tile);
-            if to_committer.send(result.map(|result| Done { result, regrown, _permit: permit })).is_err() {
+            let done = result.map(|result| Done { id, result, regrown, _permit: permit });
+            if to_committer.send(done).is_err() {
                 return;
             }
         }
@@ -376,6 +420,8 @@ impl<'a> Job<'a> {
 
 /// What became of a tile.
 struct Done<'b, T> {
+    /// The cell it is of.
+    id: TileId,
     result: T,
     /// How often its region had to grow.
     regrown: u32,

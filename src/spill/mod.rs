@@ -5,22 +5,26 @@
 //! are made of *blocks*, each with a checksum over its bytes and its place, so that a torn, mixed up or damaged block is
 //! an error that names the file and the offset, and never a wrong number.
 //!
-//! Memory: a writer holds one block, a reader holds one block; [`Buckets`] holds one for each of its files. Nothing is
-//! synced to the disk, because nothing here outlives the process.
+//! Memory: a writer holds one block, a reader holds one block; [`Buckets`] holds one for each of its files; a [`Sorter`] is
+//! told how much it may hold. Nothing is synced to the disk, because nothing here outlives the process.
 
 mod buckets;
 mod disk;
 mod error;
 mod file;
+mod place;
 mod reader;
 mod scratch;
+mod sorter;
 
 pub use buckets::Buckets;
 pub use disk::{check_room, free_bytes, is_in_memory};
 pub use error::SpillError;
 pub use file::{Extent, SpillFile, SpillWriter};
+pub use place::ScratchPlace;
 pub use reader::{BlockReader, SpillReader};
 pub use scratch::ScratchDir;
+pub use sorter::{Merge, Record, Sorted, Sorter};
 
 /// Largest block that is worth having: beyond it, a disk does not get faster.
 pub const LARGEST_BLOCK: usize = 1 << 20;

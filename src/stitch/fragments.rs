@@ -1,9 +1,9 @@
-//! What a tile hands over: its share of the sparse candidate graph, under global ids.
+//! What a tile finds: its share of the sparse candidate graph, under global ids.
 //!
-//! A fragment needs nothing else to be understood. Vertices near a seam are handed over by several tiles, with the same
-//! bytes, because each computed them from all that they depend on; joining is by id and never by coordinates.
+//! Fragments need nothing else to be understood. Vertices near a seam are found by several tiles, with the same bytes,
+//! because each computed them from all that they depend on; joining is by id and never by coordinates.
 
-use crate::mesh::VertexId;
+use crate::mesh::{TileId, VertexId};
 use crate::refine::Fit;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
@@ -41,13 +41,11 @@ impl Class {
 
 /// A vertex that lines may run through.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LineVertex {
+pub struct Candidate {
     /// Global id.
     pub id: VertexId,
     /// Position as in the file.
     pub position: DVec3,
-    /// Where fitted lines run near the vertex. In a fragment it is not known yet and the position of the vertex.
-    pub fitted: DVec3,
     /// Fold angle seen by the tensors, radians.
     pub theta: f64,
     /// Dihedral angle, and the planes that meet at the line.
@@ -98,6 +96,22 @@ impl LinkPath {
     }
 }
 
+/// Which graph an edge belongs to. Lines of one kind never continue as lines of another.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+pub enum Kind {
+    /// Links between ridge vertices.
+    Crease,
+    /// Edges with one face.
+    Boundary,
+    /// Edges with three or more faces.
+    NonManifold,
+}
+
+impl Kind {
+    /// All kinds, in the order in which their lines are listed.
+    pub const ALL: [Kind; 3] = [Kind::Crease, Kind::Boundary, Kind::NonManifold];
+}
+
 /// A mesh edge that has not exactly two faces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct OpenEdge {
@@ -105,6 +119,23 @@ pub struct OpenEdge {
     pub ends: [VertexId; 2],
     /// Whether it has more than two faces rather than one.
     pub crowded: bool,
+}
+
+impl OpenEdge {
+    /// Boundary or non-manifold.
+    pub fn kind(&self) -> Kind {
+        if self.crowded { Kind::NonManifold } else { Kind::Boundary }
+    }
+}
+
+/// A vertex that other tiles may name as well.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Seam {
+    /// The vertex.
+    pub vertex: VertexId,
+    /// The tiles that own a vertex within [`crate::config::method::LINK_STEPS`] rings of it, ascending, without what this
+    /// tile owns itself.
+    pub tiles: Vec<TileId>,
 }
 
 /// Defects that only adjacency shows. Each is counted by the one tile that owns its vertex of lowest id.
@@ -144,34 +175,25 @@ pub struct VertexFields {
     pub eigenvalues: [f64; 3],
     /// (l2 + l3) / 2; of the paper method (l1 + l2 + l3 - 1) / 2.
     pub omega: f64,
-    /// S as in [`LineVertex`], not yet divided by the maximum of the mesh.
+    /// S as in [`Candidate`], not yet divided by the maximum of the mesh.
     pub salience: f64,
     /// Face, weak, sharp, corner or boundary.
     pub class: Class,
 }
 
-/// One tile's share of the result.
+/// What one tile found.
 #[derive(Clone, Debug, Default)]
 pub struct Fragments {
     /// Every vertex that a path or open edge names, ascending.
-    pub vertices: Vec<LineVertex>,
+    pub vertices: Vec<Candidate>,
     /// Paths from the ridge vertices that the tile owns.
     pub links: Vec<LinkPath>,
     /// Open edges whose lower end the tile owns, if boundaries were asked for.
     pub open_edges: Vec<OpenEdge>,
+    /// Which of the vertices other tiles may name, ascending.
+    pub seams: Vec<Seam>,
     /// Largest S over the vertices that the tile owns.
     pub largest_salience: f64,
     /// Defects counted by this tile.
     pub defects: Defects,
-}
-
-impl Fragments {
-    /// Adds those of another tile. The order of the tiles does not matter to [`super::stitch`].
-    pub fn append(&mut self, other: Fragments) {
-        self.vertices.extend(other.vertices);
-        self.links.extend(other.links);
-        self.open_edges.extend(other.open_edges);
-        self.largest_salience = self.largest_salience.max(other.largest_salience);
-        self.defects.add(&other.defects);
-    }
 }

@@ -4,7 +4,7 @@
 //! once, unless its ends are already near each other in the graph built so far. Paths are considered in the order of
 //! their keys, so the graph does not depend on which tile handed over what.
 
-use super::fragments::{LineVertex, LinkPath};
+use super::fragments::{Candidate, LinkPath};
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
@@ -76,7 +76,7 @@ pub struct LoopLength {
 }
 
 /// Builds the graph. `links` must be in the order of their keys, without repetition; `vertices` ascending.
-pub fn build(vertices: &[LineVertex], links: &[LinkPath], apart: LoopLength) -> Graph {
+pub fn build(vertices: &[Candidate], links: &[LinkPath], apart: LoopLength) -> Graph {
     let mut graph = Graph::new(vertices.len());
     let mut search = Search::new(vertices.len());
     let limit = |v: u32| apart.base + apart.per_round * f64::from(vertices[v as usize].rounds);
@@ -93,12 +93,12 @@ pub fn build(vertices: &[LineVertex], links: &[LinkPath], apart: LoopLength) -> 
 }
 
 /// The node of a global id.
-pub fn node_of(vertices: &[LineVertex], id: crate::mesh::VertexId) -> Option<u32> {
+pub fn node_of(vertices: &[Candidate], id: crate::mesh::VertexId) -> Option<u32> {
     vertices.binary_search_by_key(&id, |v| v.id).ok().map(|i| i as u32)
 }
 
 /// Length of the edge between two nodes.
-pub fn distance(vertices: &[LineVertex], a: u32, b: u32) -> f64 {
+pub fn distance(vertices: &[Candidate], a: u32, b: u32) -> f64 {
     let d = vertices[a as usize].position - vertices[b as usize].position;
     d.dot(d).sqrt()
 }

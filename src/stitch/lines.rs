@@ -3,30 +3,49 @@
 //! In: a graph. Out: chains between junctions, corners and tips, and closed loops. Canonical: a line starts at the end
 //! that makes its sequence of ids the smaller one, and lines are ordered by these sequences.
 
-use super::fragments::{Class, LineVertex};
+use super::fragments::{Candidate, Class, Kind};
 use super::graph::{Graph, distance};
 use crate::config::method;
 use crate::math::DEGREE;
 use crate::refine::Bend;
 use glam::DVec3;
+use serde::{Deserialize, Serialize};
 
-/// A polyline along mesh edges.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Line {
-    /// Indices into the vertices of the [`super::LineSet`]; a closed line ends on its first vertex.
-    pub vertices: Vec<u32>,
+/// What is said of a line.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Measures {
     /// Weak, sharp, boundary or non-manifold.
     pub class: Class,
     /// Whether it returns to its start.
     pub closed: bool,
     /// In mesh units.
     pub length: f64,
-    /// Mean S over its length, divided by the largest S of the mesh: 0 to 1.
+    /// Mean S over its length, divided by the largest S of the mesh: 0 to 1. As long as that is not known, not divided.
     pub strength: f64,
     /// Mean dihedral angle over its length, degrees.
     pub angle: f64,
     /// Convex or concave, whichever it is over the greater length.
     pub bend: Bend,
+}
+
+impl Measures {
+    /// Crease, boundary or non-manifold.
+    pub fn kind(&self) -> Kind {
+        match self.class {
+            Class::Boundary => Kind::Boundary,
+            Class::NonManifold => Kind::NonManifold,
+            _ => Kind::Crease,
+        }
+    }
+}
+
+/// A chain of nodes that is a line.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ChainLine {
+    /// Nodes of the graph; a closed line ends on its first.
+    pub nodes: Vec<u32>,
+    /// With an undivided strength.
+    pub measures: Measures,
 }
 
 /// Chains of nodes between the nodes where lines end, in canonical order.
@@ -73,32 +92,33 @@ fn follow(graph: &Graph, v: u32, next: u32, is_end: &impl Fn(u32) -> bool) -> Ve
 }
 
 /// Measures a chain of creases.
-pub fn crease_line(vertices: &[LineVertex], chain: Vec<u32>, largest_salience: f64) -> Line {
+pub fn crease_line(vertices: &[Candidate], chain: Vec<u32>) -> ChainLine {
     let mut line = plain_line(vertices, chain, Class::Weak);
     let (mut salience, mut angle, mut convex) = (0.0, 0.0, 0.0);
-    let sign = |vertex: &LineVertex| match vertex.fit.bend {
+    let sign = |vertex: &Candidate| match vertex.fit.bend {
         Bend::Convex => 1.0,
         Bend::Concave => -1.0,
         Bend::Unknown => 0.0,
     };
-    for e in line.vertices.windows(2) {
+    for e in line.nodes.windows(2) {
         let [a, b] = [e[0], e[1]].map(|v| &vertices[v as usize]);
         let half = 0.5 * distance(vertices, e[0], e[1]);
         salience += half * (a.salience + b.salience);
         angle += half * (a.fit.angle + b.fit.angle);
         convex += half * (sign(a) + sign(b));
     }
+    let measures = &mut line.measures;
     // A line has a length; the guard is for the one that does not.
-    let length = line.length.max(f64::MIN_POSITIVE);
-    line.strength = salience / length / largest_salience.max(f64::MIN_POSITIVE);
-    line.angle = angle / length / DEGREE;
-    line.bend = match convex {
+    let length = measures.length.max(f64::MIN_POSITIVE);
+    measures.strength = salience / length;
+    measures.angle = angle / length / DEGREE;
+    measures.bend = match convex {
         c if c > 0.0 => Bend::Convex,
         c if c < 0.0 => Bend::Concave,
         _ => Bend::Unknown,
     };
-    if line.angle >= method::SHARP_DEG {
-        line.class = Class::Sharp;
+    if measures.angle >= method::SHARP_DEG {
+        measures.class = Class::Sharp;
     }
     line
 }
@@ -116,10 +136,11 @@ pub fn length(points: impl Iterator<Item = DVec3>) -> f64 {
 }
 
 /// A chain of mesh edges without a fold of its own.
-pub fn plain_line(vertices: &[LineVertex], chain: Vec<u32>, class: Class) -> Line {
+pub fn plain_line(vertices: &[Candidate], chain: Vec<u32>, class: Class) -> ChainLine {
     let length = length(chain.iter().map(|&v| vertices[v as usize].position));
     let closed = chain.first() == chain.last();
-    Line { vertices: chain, class, closed, length, strength: 0.0, angle: 0.0, bend: Bend::Unknown }
+    let measures = Measures { class, closed, length, strength: 0.0, angle: 0.0, bend: Bend::Unknown };
+    ChainLine { nodes: chain, measures }
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 //! In: the line graph. Out: the same graph without short dangling branches at junctions, and without components that are
 //! short or have too little of their length between strong vertices (hysteresis).
 
-use super::fragments::LineVertex;
+use super::fragments::Candidate;
 use super::graph::Graph;
 use crate::config::method;
 use std::collections::BTreeMap;
@@ -16,7 +16,7 @@ struct Branch {
 
 /// Removes dangling branches shorter than `shortest` (mesh units). In rounds: each junction drops its shortest one (tie:
 /// the lower tip), until there is none; what is left of a junction may be no junction any more. Tips on stops stay.
-pub fn prune_branches(graph: &mut Graph, vertices: &[LineVertex], shortest: f64) {
+pub fn prune_branches(graph: &mut Graph, vertices: &[Candidate], shortest: f64) {
     let mut tips: Vec<u32> = (0..graph.nodes()).collect();
     loop {
         tips.retain(|&v| graph.degree(v) == 1 && !vertices[v as usize].stop);
@@ -63,7 +63,7 @@ fn dangling(graph: &Graph, tip: u32, shortest: f64) -> Option<Branch> {
 }
 
 /// Removes components shorter than `shortest` (mesh units) or with too little strong length.
-pub fn prune_components(graph: &mut Graph, vertices: &[LineVertex], shortest: f64) {
+pub fn prune_components(graph: &mut Graph, vertices: &[Candidate], shortest: f64) {
     for component in components(graph) {
         let (mut total, mut strong) = (0.0, 0.0);
         for &a in &component {

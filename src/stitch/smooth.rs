@@ -9,30 +9,31 @@
 //! Corners and junctions stand still, at the points where their own planes meet, so that all lines of one end in one point.
 //! Tips are free. What a point depends on is its chain: this step sees complete lines, however the mesh was cut.
 
-use super::fragments::{Class, LineVertex};
+use super::fragments::Candidate;
 use super::graph::Graph;
-use super::lines::Line;
+use super::lines::ChainLine;
 use crate::config::method;
 use crate::math::{Banded, Sym3};
 use crate::partition::Scale;
 use crate::refine::{noise_share, slack};
 use glam::DVec3;
 
-/// Finds the fitted points of `vertices`; those that no crease of `lines` runs through keep their positions.
-pub fn fit_lines(graph: &Graph, vertices: &mut [LineVertex], lines: &[Line], scale: &Scale) {
+/// The fitted point of each of `vertices`; those that none of the creases `lines` runs through keep their positions.
+pub fn fit_lines(graph: &Graph, vertices: &[Candidate], lines: &[ChainLine], scale: &Scale) -> Vec<DVec3> {
     let unit = scale.length(1.0);
-    for line in lines.iter().filter(|l| matches!(l.class, Class::Weak | Class::Sharp)) {
-        let first = line.vertices[0];
+    let mut fitted: Vec<DVec3> = vertices.iter().map(|v| v.position).collect();
+    for line in lines {
+        let first = line.nodes[0];
         let fixed = |v: u32| vertices[v as usize].corner || graph.degree(v) > 2;
         // A loop without an end has one vertex twice; any other chain has ends that stand still or hang free.
-        let round = line.closed && !fixed(first);
-        let nodes = if round { &line.vertices[1..] } else { &line.vertices[..] };
+        let round = line.measures.closed && !fixed(first);
+        let nodes = if round { &line.nodes[1..] } else { &line.nodes[..] };
         let chain = Chain::new(nodes.iter().map(|&v| (&vertices[v as usize], fixed(v))), scale, round);
         for (&v, moved) in nodes.iter().zip(chain.smooth()) {
-            let vertex = &mut vertices[v as usize];
-            vertex.fitted = vertex.position + moved * unit;
+            fitted[v as usize] = vertices[v as usize].position + moved * unit;
         }
     }
+    fitted
 }
 
 /// One node of a chain. Lengths in kh.
@@ -56,7 +57,7 @@ struct Chain {
 }
 
 impl Chain {
-    fn new<'a>(vertices: impl Iterator<Item = (&'a LineVertex, bool)>, scale: &Scale, round: bool) -> Chain {
+    fn new<'a>(vertices: impl Iterator<Item = (&'a Candidate, bool)>, scale: &Scale, round: bool) -> Chain {
         let mut origin = None;
         let nodes = vertices.map(|(vertex, fixed)| {
             let slack = slack(noise_share(scale, vertex.rounds));

@@ -12,7 +12,7 @@ use crate::error::Error;
 use crate::input::{MeshSource, PlySource};
 use crate::output::{AttributeFile, FieldSink, OutputError, directory_of, stage_ply};
 use crate::pipeline::{Detection, Event, Job, Observer, Stage};
-use crate::stitch::Geometry;
+use crate::stitch::{Geometry, LineSource, Statistics, StoredLines};
 use std::fs;
 use std::path::Path;
 use std::time::Instant;
@@ -69,20 +69,24 @@ pub(in crate::cli) fn detect(args: &DetectArgs, allocations: Allocations) -> Res
     Ok(Exit::Done)
 }
 
-/// Detects and writes. A file that is not finished when this fails is removed by whoever drops it.
+/// Detects and writes, and sums the lines up. A file that is not finished when this fails is removed by whoever drops it.
 fn run(
     job: &Job,
     mut attributes: Option<AttributeFile>,
     (output, table): (&Path, Option<&Path>),
     geometry: Geometry,
     progress: &Progress,
-) -> Result<Detection, Error> {
-    let mut found = job.run(attributes.as_mut().map(|file| file as &mut dyn FieldSink))?;
-    found.lines = found.lines.with_geometry(geometry);
-    let (stage, total) = (Stage::Write, found.lines.lines.len() as u64);
+) -> Result<Detection<Statistics>, Error> {
+    let found = job.run_stored(attributes.as_mut().map(|file| file as &mut dyn FieldSink))?;
+    let (stage, total) = (Stage::Write, found.lines.counts().lines);
     let started = Instant::now();
     progress.event(Event::Started { stage, total });
-    write(&found, attributes, output, table)?;
+    let mut found = found.try_map(|lines| {
+        let lines = lines.with_geometry(geometry);
+        let statistics = Statistics::of(&lines)?;
+        write(&lines, attributes, output, table)?;
+        Ok::<_, Error>(statistics)
+    })?;
     progress.event(Event::Advanced { stage, by: total });
     let wall = started.elapsed();
     progress.event(Event::Finished { stage, wall });
@@ -93,14 +97,14 @@ fn run(
 /// Writes everything before anything gets its name, because a full disk shows while writing. Two files cannot appear in
 /// one instant: if the second does not get its name, the first is taken away again.
 fn write(
-    found: &Detection,
+    found: &StoredLines,
     attributes: Option<AttributeFile>,
     output: &Path,
     table: Option<&Path>,
 ) -> Result<(), OutputError> {
-    let lines = stage_ply(output, &found.lines)?;
+    let lines = stage_ply(output, found)?;
     if let Some(attributes) = attributes {
-        attributes.finish(found.lines.largest_salience)?;
+        attributes.finish(found.largest_salience())?;
     }
     lines.commit().inspect_err(|_| {
         if let Some(table) = table {
@@ -122,7 +126,7 @@ mod tests {
     fn both_files_appear_or_none() {
         let source = MemorySource::new(&[DVec3::ZERO, DVec3::X, DVec3::Y], &[[0, 1, 2]]).expect("a triangle");
         let job = Job::new(&source, Params::default(), Limits::default(), &Silent).expect("a job");
-        let found = job.run(None).expect("a result");
+        let found = job.run_stored(None).expect("a result").lines;
         let directory = tempfile::tempdir().expect("a temporary directory");
         let [lines, table] = ["lines.ply", "table.ply"].map(|name| directory.path().join(name));
         let attributes = || AttributeFile::create(&table, &source).ok();

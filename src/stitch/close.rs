@@ -1,0 +1,174 @@
+//! Which components of the candidate graph one tile can finish alone.
+//!
+//! In: what a tile found. Out: the lines of its *closed* components, and the *open* ones as they are, each with the tiles
+//! that it waits for.
+//!
+//! **The criterion.** A link is handed over by the tile that owns the ridge vertex it starts from, and has at most
+//! [`LINK_STEPS`](crate::config::method::LINK_STEPS) edges; an open edge by the tile that owns its lower end. So a tile
+//! names a vertex u in a link or edge only if it owns a vertex within that many rings of u, u included. Call these tiles
+//! N(u). It is a property of the mesh: every tile that names u computes the same N(u), because it has loaded the rings
+//! around. (It names u from a vertex it owns, 3 rings away at most; the rings of u reach 3 further; and the one-rings
+//! of all vertices up to 7 rings around owned ones are complete, as support is traced 5 rings around what links touch.)
+//! The [`Seam`] of u lists N(u) without what the tile itself owns, and a vertex without a seam is named by no other tile.
+//!
+//! Let C be a set of links that is connected by common vertices, and let all tiles of all N(u), u in C, have handed over
+//! what they found and have been joined with C where they share a vertex. Any link that shares a vertex u with C comes
+//! from a tile in N(u), so it is in C: C is a whole component of the candidate graph. In a tile, C is whole if it has no
+//! seam. It may be kept open longer than it must, for N(u) counts tiles that could name u, not those that do; that costs
+//! memory and changes nothing.
+//!
+//! Links, boundaries and non-manifold edges make three graphs, whose components are closed each on its own.
+
+use super::component::{Finished, Part, Rules, finish};
+use super::fragments::{Candidate, Defects, Fragments, Kind, Seam};
+use crate::mesh::VertexId;
+
+/// A component, as far as one tile sees it, that others may add to.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OpenPart {
+    /// Of which graph.
+    pub kind: Kind,
+    /// All of it that this tile found.
+    pub part: Part,
+    /// Those of its vertices that others may name; at least one.
+    pub seams: Vec<Seam>,
+}
+
+/// What a tile hands over to be stitched.
+#[derive(Clone, Debug, Default)]
+pub struct TileShare {
+    /// What is closed.
+    pub finished: Finished,
+    /// What is open.
+    pub open: Vec<OpenPart>,
+    /// Links that were found.
+    pub links: u64,
+    /// Largest S over the vertices that the tile owns.
+    pub largest_salience: f64,
+    /// Defects counted by this tile.
+    pub defects: Defects,
+}
+
+/// Finishes what is closed, and takes apart what is open.
+pub fn close(fragments: Fragments, rules: &Rules) -> TileShare {
+    let Fragments { vertices, links, open_edges, seams, largest_salience, defects } = fragments;
+    let found = links.len() as u64;
+    let whole = Part { vertices, links, open_edges };
+    let (closed, open) = if seams.is_empty() { (whole, Vec::new()) } else { split(&whole, &seams) };
+    TileShare { finished: finish(closed, rules), open, links: found, largest_salience, defects }
+}
+
+/// Closed components all together, open ones one by one.
+fn split(whole: &Part, seams: &[Seam]) -> (Part, Vec<OpenPart>) {
+    let (mut closed, mut all_open) = (Part::default(), Vec::new());
+    for kind in Kind::ALL {
+        let components = Components::new(whole, kind, seams);
+        let mut open: Vec<OpenPart> = (0..components.open)
+            .map(|_| OpenPart { kind, part: Part::default(), seams: Vec::new() })
+            .collect();
+        for (v, vertex) in whole.vertices.iter().enumerate().filter(|(v, _)| components.named[*v]) {
+            components.part(v, &mut open, &mut closed).vertices.push(*vertex);
+        }
+        if kind == Kind::Crease {
+            for link in &whole.links {
+                let v = components.place(link.ids()[0]);
+                components.part(v, &mut open, &mut closed).links.push(*link);
+            }
+        }
+        for edge in whole.open_edges.iter().filter(|e| e.kind() == kind) {
+            let v = components.place(edge.ends[0]);
+            components.part(v, &mut open, &mut closed).open_edges.push(*edge);
+        }
+        for seam in seams {
+            if let Some(component) = components.of(components.place(seam.vertex)) {
+                open[component as usize].seams.push(seam.clone());
+            }
+        }
+        all_open.extend(open);
+    }
+    (closed, all_open)
+}
+
+/// The components of one kind over the vertices of a tile.
+struct Components<'a> {
+    vertices: &'a [Candidate],
+    /// Union-find: the lowest vertex of a component is its root.
+    root: Vec<u32>,
+    /// Whether an edge of this kind names the vertex.
+    named: Vec<bool>,
+    /// Number of the open component of each root, [`CLOSED`] if it is none.
+    number: Vec<u32>,
+    /// How many are open.
+    open: u32,
+}
+
+/// Number of the components that are not open.
+const CLOSED: u32 = u32::MAX;
+
+impl<'a> Components<'a> {
+    fn new(part: &'a Part, kind: Kind, seams: &[Seam]) -> Components<'a> {
+        let n = part.vertices.len();
+        let mut all = Components {
+            vertices: &part.vertices,
+            root: (0..n as u32).collect(),
+            named: vec![false; n],
+            number: vec![CLOSED; n],
+            open: 0,
+        };
+        match kind {
+            Kind::Crease => part.links.iter().for_each(|link| all.join(link.ids())),
+            _ => part.open_edges.iter().filter(|e| e.kind() == kind).for_each(|e| all.join(&e.ends)),
+        }
+        for v in 0..n {
+            // Roots are lower than what they are roots of: theirs are final already.
+            all.root[v] = all.root[all.root[v] as usize];
+        }
+        for seam in seams {
+            let v = all.place(seam.vertex);
+            let root = all.root[v] as usize;
+            if all.named[v] && all.number[root] == CLOSED {
+                all.number[root] = all.open;
+                all.open += 1;
+            }
+        }
+        all
+    }
+
+    /// Index of a vertex.
+    fn place(&self, id: VertexId) -> usize {
+        self.vertices.partition_point(|v| v.id < id)
+    }
+
+    fn join(&mut self, ids: &[VertexId]) {
+        let first = self.place(ids[0]);
+        for &id in ids {
+            let v = self.place(id);
+            self.named[v] = true;
+            let (a, b) = (self.find(first as u32), self.find(v as u32));
+            self.root[a.max(b) as usize] = a.min(b);
+        }
+    }
+
+    fn find(&mut self, mut v: u32) -> u32 {
+        while self.root[v as usize] != v {
+            let next = self.root[self.root[v as usize] as usize];
+            self.root[v as usize] = next;
+            v = next;
+        }
+        v
+    }
+
+    /// The open component that `vertex` is in, as far as this kind of edge names it.
+    fn of(&self, vertex: usize) -> Option<u32> {
+        let number = self.number[self.root[vertex] as usize];
+        (self.named[vertex] && number != CLOSED).then_some(number)
+    }
+
+    /// Where to put what belongs to `vertex`.
+    fn part<'p>(&self, vertex: usize, open: &'p mut [OpenPart], closed: &'p mut Part) -> &'p mut Part {
+        match self.of(vertex) {
+            Some(component) => &mut open[component as usize].part,
+            None => closed,
+        }
+    }
+}
