@@ -51,7 +51,8 @@ impl Planned {
         let lines = limits.memory / LINE_SHARE;
         let tile_memory = limits.memory.saturating_sub(needed).saturating_sub(lines);
         if tile_memory < needed {
-            return Err(Error::NoMemory { needed: 2 * needed, memory: limits.memory });
+            let least = 2 * needed / (LINE_SHARE - 1) * LINE_SHARE;
+            return Err(Error::NoMemory { needed: least, memory: limits.memory });
         }
         let fits = scan.faces <= faces_in(tile_memory);
         if limits.tiling == Tiling::InCore && !fits {
