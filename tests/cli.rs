@@ -327,10 +327,10 @@ fn info_describes_the_file_and_the_plan() {
         "median",
         "precision",
         "steps of a float",
-        "tiles             8\n",
-        "halo overhead     at most",
+        "tiles             8, up to 3 at a time\n",
+        "halo overhead     about",
         "locality",
-        "an estimate",
+        "allowed\n",
         "counted by detect",
     ] {
         assert!(out.contains(part), "{part:?} is not in {out}");

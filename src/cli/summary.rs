@@ -332,10 +332,10 @@ how it was done
   threads           2, io auto
   wall time         2.00 s
   CPU time          not available
-  peak memory       30.0 MB of 1.0 GB allocated; resident not available
+  peak memory       30 MB of 1.0 GB allocated; resident not available
 
   stage    wall     CPU  from disk        written  allocated
-  scan   1.00 s  3.00 s     4.1 kB  not available    20.0 MB
+  scan   1.00 s  3.00 s     4.1 kB  not available      20 MB
 
 written
   scan.creases.ply  2.5 kB

@@ -114,7 +114,8 @@ pub fn scan(
     let faces = source.face_count();
     let most_samples = (memory / SAMPLE_SHARE / size_of::<DVec3>() as u64).clamp(1, MOST_SAMPLES);
     let stride = faces.div_ceil(most_samples).max(1);
-    let referenced = Referenced::new(0, source.vertex_count().min(8 * (memory / MARK_SHARE).max(8)));
+    let referenced =
+        Referenced::new(0, source.vertex_count().min((memory / MARK_SHARE).max(8).saturating_mul(8)));
     let blocks: Vec<usize> = (0..source.block_count()).collect();
     // A histogram is a megabyte: one for each of a few long runs of blocks, not one for each block.
     let histograms = (memory / HISTOGRAM_SHARE / SideHistogram::BYTES).max(1);
