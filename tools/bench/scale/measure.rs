@@ -162,7 +162,7 @@ mod tests {
         let place = directory.path().join("scratch");
         fs::create_dir(&place).unwrap();
         let mut command = Command::new("/bin/sh");
-        let script = "head -c 200000 /dev/zero > \"$0/part\"; i=0; while [ $i -lt 200000 ]; do i=$((i+1)); done; echo done; echo bad >&2";
+        let script = "head -c 200000 /dev/zero > \"$0/part\"; i=0; while [ $i -lt 200000 ]; do i=$((i+1)); done; sleep 1; echo done; echo bad >&2";
         command.arg("-c").arg(script).arg(&place);
         let measured = run(command, &place).unwrap();
         assert!(measured.status.success());
