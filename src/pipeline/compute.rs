@@ -1,5 +1,5 @@
-//! One tile, second half: steps A to D, and E and F on the lines that end in it; from a certified tile to what it hands over. The methods differ in how they find
-//! features ([`Finding`]); from there on they are one.
+//! One tile, second half: steps A to D, and E and F on the lines that end in it; from a certified tile to what it hands
+//! over. The methods differ in how they find features ([`Finding`]); from there on they are one.
 //!
 //! A pure function of what was loaded: it does not know whether the tile is one of a thousand or the only one.
 
@@ -32,8 +32,8 @@ pub struct TileResult {
     pub owned_faces: u64,
 }
 
-/// Steps A to D, and F as far as it is local. The paper method needs the `extremes` of the whole mesh. `with_fields` asks for the fields of every owned
-/// vertex.
+/// Steps A to D, and F as far as it is local. The paper method needs the `extremes` of the whole mesh. `with_fields` asks
+/// for the fields of every owned vertex.
 pub fn compute(
     tile: &Certified,
     plan: &Plan,
