@@ -141,7 +141,7 @@ fn io_counts() -> [Option<u64>; 2] {
 
 /// A line `name: 123`.
 fn count_of(counts: &str, name: &str) -> Option<u64> {
-    counts.lines().find_map(|line| line.strip_prefix(name)?.strip_prefix(':'))?.trim().parse().ok()
+    value_of(counts, name)?.parse().ok()
 }
 
 impl Drop for MemoryMeter {
@@ -171,9 +171,13 @@ fn status_field(name: &str) -> Option<u64> {
 }
 
 /// A line `Name:   123 kB`, in bytes.
-fn field_of(status: &str, name: &str) -> Option<u64> {
-    let value = status.lines().find_map(|line| line.strip_prefix(name)?.strip_prefix(':'))?;
-    value.trim().strip_suffix("kB")?.trim().parse::<u64>().ok().map(|kib| kib * 1024)
+pub(super) fn field_of(status: &str, name: &str) -> Option<u64> {
+    value_of(status, name)?.strip_suffix("kB")?.trim().parse::<u64>().ok().map(|kib| kib * 1024)
+}
+
+/// What stands behind `name:`.
+fn value_of<'a>(text: &'a str, name: &str) -> Option<&'a str> {
+    text.lines().find_map(|line| line.strip_prefix(name)?.strip_prefix(':')).map(str::trim)
 }
 
 /// User and system time: fields 14 and 15, in hundredths of a second. Field 2, the name of the program in brackets, may

@@ -3,6 +3,7 @@
 //! In: the control groups of the process (version 1 and 2, its own and all above it) and the memory of the machine. Out: the
 //! tightest of these limits. A limit that cannot be read is none.
 
+use super::memory::field_of;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -20,7 +21,8 @@ fn tightest(root: &Path) -> Option<u64> {
     let groups = fs::read_to_string(root.join("proc/self/cgroup")).unwrap_or_default();
     let files = groups.lines().flat_map(|line| limit_files(root, line));
     let of_groups = files.filter_map(|file| fs::read_to_string(file).ok()?.trim().parse::<u64>().ok());
-    let machine = fs::read_to_string(root.join("proc/meminfo")).ok().and_then(|text| total(&text));
+    let machine =
+        fs::read_to_string(root.join("proc/meminfo")).ok().and_then(|text| field_of(&text, "MemTotal"));
     // Where nothing was set, version 1 gives a number that is larger than any machine.
     of_groups.chain(machine).min()
 }
@@ -38,12 +40,6 @@ fn limit_files(root: &Path, line: &str) -> Vec<PathBuf> {
     };
     let groups = Path::new(path.trim_start_matches('/')).ancestors();
     groups.flat_map(|group| mounts.iter().map(move |mount| root.join(mount).join(group).join(name))).collect()
-}
-
-/// The memory of the machine, from the text of `/proc/meminfo`.
-fn total(meminfo: &str) -> Option<u64> {
-    let value = meminfo.lines().find_map(|line| line.strip_prefix("MemTotal:"))?;
-    value.trim().strip_suffix("kB")?.trim().parse::<u64>().ok().map(|kib| kib * 1024)
 }
 
 #[cfg(test)]

@@ -198,8 +198,9 @@ impl Outcome<'_> {
     fn stages(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let head = ["stage", "wall", "CPU", "from disk", "written", "allocated"].map(str::to_owned);
         let mut rows = vec![head.to_vec()];
-        for (stage, wall) in &self.found.work.stages {
-            let used = self.stages.iter().find(|used| used.stage == *stage);
+        for (i, (stage, wall)) in self.found.work.stages.iter().enumerate() {
+            // By place: a stage can come twice.
+            let used = self.stages.get(i).filter(|used| used.stage == *stage);
             let amount =
                 |of: fn(&StageUse) -> Option<u64>| used.and_then(of).map_or_else(not_available, bytes);
             rows.push(vec![

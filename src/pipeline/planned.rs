@@ -6,7 +6,7 @@
 use super::certify::Halo;
 use super::probe::typical_rounds;
 use super::run::LINE_SHARE;
-use super::sizing::{Sizes, cut, faces_in};
+use super::sizing::{Sizes, cut, faces_in, is_one_tile, tile_bytes};
 use crate::config::{Limits, Params, Tiling};
 use crate::error::Error;
 use crate::input::MeshSource;
@@ -22,8 +22,6 @@ pub struct Planned {
     pub sizes: Sizes,
     /// Refinement rounds that most places need at most.
     pub rounds: u32,
-    /// Cubes around a cell that are loaded at first.
-    pub margin: i64,
     /// Bytes for tiles.
     pub tile_memory: u64,
     /// Bytes for everything else.
@@ -54,23 +52,19 @@ impl Planned {
             let least = 2 * needed / (LINE_SHARE - 1) * LINE_SHARE;
             return Err(Error::NoMemory { needed: least, memory: limits.memory });
         }
-        let fits = scan.faces <= faces_in(tile_memory);
-        if limits.tiling == Tiling::InCore && !fits {
-            let at = plan.bounds.min;
-            let bytes = super::sizing::tile_bytes(scan.faces);
+        let one_tile = is_one_tile(scan.faces, limits.tiling, tile_memory);
+        if limits.tiling == Tiling::InCore && !one_tile {
+            let (at, bytes) = (plan.bounds.min, tile_bytes(scan.faces));
             return Err(Error::NoRoom { at, faces: scan.faces, bytes, memory: tile_memory });
         }
-        let halo = halo(&plan.scale);
-        let one_tile =
-            matches!(limits.tiling, Tiling::Auto) && fits && scan.faces <= crate::config::DEFAULT_TILE_FACES;
-        let rounds = match limits.tiling {
-            _ if one_tile => 0,
-            Tiling::InCore => 0,
-            _ => typical_rounds(source, &plan, &scan, faces_in(tile_memory))?,
+        // One tile has no halo.
+        let rounds = match one_tile {
+            true => 0,
+            false => typical_rounds(source, &plan, &scan, faces_in(tile_memory))?,
         };
-        let margin = halo.margin(&plan, rounds);
+        let margin = halo(&plan.scale).margin(&plan, rounds);
         let sizes = cut(&mut plan, &mut scan, limits.tiling, tile_memory, margin);
-        Ok(Planned { scan, plan, sizes, rounds, margin, tile_memory, other_memory: needed })
+        Ok(Planned { scan, plan, sizes, rounds, tile_memory, other_memory: needed })
     }
 
     /// Bytes that are expected to be allocated at the peak.

@@ -55,16 +55,26 @@ impl Sizes {
     }
 }
 
-/// Cuts `plan` so that its tiles fit into `memory` bytes, with a halo of `margin` cubes.
-pub fn cut(plan: &mut Plan, scan: &mut Scan, tiling: Tiling, memory: u64, margin: i64) -> Sizes {
-    let target = match tiling {
-        Tiling::InCore => return sizes(plan, margin, 1),
+/// Most faces of a cell, halo not counted.
+fn target(tiling: Tiling) -> u64 {
+    match tiling {
+        Tiling::InCore => u64::MAX,
         Tiling::Faces(target) => target,
         Tiling::Auto => DEFAULT_TILE_FACES,
-    };
-    if scan.faces <= target && scan.faces <= faces_in(memory) {
+    }
+}
+
+/// Whether a mesh of so many faces is worked on as a whole.
+pub fn is_one_tile(faces: u64, tiling: Tiling, memory: u64) -> bool {
+    faces <= target(tiling) && faces <= faces_in(memory)
+}
+
+/// Cuts `plan` so that its tiles fit into `memory` bytes, with a halo of `margin` cubes.
+pub fn cut(plan: &mut Plan, scan: &mut Scan, tiling: Tiling, memory: u64, margin: i64) -> Sizes {
+    if is_one_tile(scan.faces, tiling, memory) {
         return sizes(plan, margin, 1);
     }
+    let target = target(tiling);
     let least = LEAST_OF_HALO * margin as f64 * plan.lattice.edge;
     let mut best: Option<(f64, Vec<Cell>, Sizes)> = None;
     for (tiles, slowdown) in SLOWDOWN.into_iter().enumerate().rev() {
