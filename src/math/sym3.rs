@@ -47,6 +47,16 @@ impl Sym3 {
         Sym3 { diag: self.diag * factor, off: self.off * factor }
     }
 
+    /// The matrix times `x`.
+    pub fn times(&self, x: DVec3) -> DVec3 {
+        let (d, o) = (self.diag, self.off);
+        DVec3::new(
+            d.x * x.x + o.z * x.y + o.y * x.z,
+            o.z * x.x + d.y * x.y + o.x * x.z,
+            o.y * x.x + o.x * x.y + d.z * x.z,
+        )
+    }
+
     /// Solves `self x = right` by Cholesky's method. The matrix must be positive definite.
     pub fn solve(&self, right: DVec3) -> DVec3 {
         let (d, o) = (self.diag, self.off);
@@ -136,12 +146,7 @@ mod tests {
     use proptest::prelude::*;
 
     fn residual(t: &Sym3, value: f64, v: DVec3) -> f64 {
-        let tv = DVec3::new(
-            t.diag.x * v.x + t.off.z * v.y + t.off.y * v.z,
-            t.off.z * v.x + t.diag.y * v.y + t.off.x * v.z,
-            t.off.y * v.x + t.off.x * v.y + t.diag.z * v.z,
-        );
-        (tv - v * value).length()
+        (t.times(v) - v * value).length()
     }
 
     #[test]

@@ -9,7 +9,7 @@ use super::paper::PaperMethod;
 use super::seams::seams;
 use crate::config::{Method, Params, method};
 use crate::math::DEGREE;
-use crate::mesh::Field;
+use crate::mesh::{Field, TileMesh, VertexId};
 use crate::partition::Plan;
 use crate::refine::{
     Evidence, Extremes, Fit, Fitter, Link, Linker, Support, average_along, contrast, ridges, smooth,
@@ -56,11 +56,20 @@ pub fn compute(
     named.sort_unstable();
     named.dedup();
     let with = if with_fields { tile.demand.owned.as_slice() } else { &[] };
-    let fits = finding.fits(tile, plan, &named, with);
+    let table = finding.table(tile, plan, &named, with);
+    // Planes are fitted where the tables or the lines will show them.
+    let fit = |candidates: &mut [&mut Candidate]| {
+        let at: Vec<u32> = candidates.iter().map(|c| local(mesh, c.id)).collect();
+        let fits = if with_fields { table.of(&at) } else { finding.fits(tile, plan, &at) };
+        for ((candidate, v), fit) in candidates.iter_mut().zip(at).zip(fits) {
+            candidate.class = finding.class(v, &fit);
+            candidate.fit = fit;
+        }
+    };
     let global = |l: &Link| LinkPath::new(l.vertices.iter().map(|&v| mesh.id(v)), l.weight);
     let owned = &tile.demand.owned;
     let fragments = Fragments {
-        vertices: named.iter().map(|&v| finding.candidate(tile, &fits, v)).collect(),
+        vertices: named.iter().map(|&v| finding.candidate(tile, v)).collect(),
         links: links.iter().map(global).collect(),
         open_edges: open_edges
             .iter()
@@ -71,8 +80,8 @@ pub fn compute(
         defects,
     };
     TileResult {
-        share: close(fragments, &Rules::new(&plan.scale, params)),
-        fields: with.iter().map(|&v| finding.fields(tile, &fits, v)).collect(),
+        share: close(fragments, &Rules::new(&plan.scale, params), &fit),
+        fields: with.iter().map(|&v| finding.fields(tile, &table, v)).collect(),
         loaded_faces: mesh.face_count() as u64,
         owned_faces: mesh.corners.iter().filter(|c| tile.owns_face(c)).count() as u64,
     }
@@ -150,6 +159,29 @@ pub(super) struct Finding {
     pub strong: fn(&Support) -> bool,
 }
 
+/// Fits of some vertices, in ascending order.
+#[derive(Default)]
+struct FitTable {
+    at: Vec<u32>,
+    fits: Vec<Fit>,
+}
+
+impl FitTable {
+    /// That of `v`; nothing where it was not fitted.
+    fn at(&self, v: u32) -> Fit {
+        self.at.binary_search(&v).map_or_else(|_| Fit::default(), |i| self.fits[i])
+    }
+
+    fn of(&self, at: &[u32]) -> Vec<Fit> {
+        at.iter().map(|&v| self.at(v)).collect()
+    }
+}
+
+/// The local index of a vertex that the tile has named.
+fn local(mesh: &TileMesh, id: VertexId) -> u32 {
+    mesh.vertex_ids.partition_point(|&other| other < id) as u32
+}
+
 impl Finding {
     /// Step D: ridges, and the links from those that the tile owns.
     fn links(&self, tile: &Certified, plan: &Plan) -> Vec<Link> {
@@ -162,50 +194,57 @@ impl Finding {
         links
     }
 
-    /// Step F at the vertices of lines (`named`) and at those of `with` that are features. Without refined normals the
-    /// angle is that of the tensors, and nothing is known of where the line runs.
-    fn fits(&self, tile: &Certified, plan: &Plan, named: &[u32], with: &[u32]) -> Field<Fit> {
-        let Finding { votes, support, stops, .. } = self;
-        let feature = |v: &u32| support.get(*v).feature() && !stops.get(*v).any();
+    /// Step F at the vertices of lines (`named`) and at those of `with` that are features, if there are any `with`.
+    fn table(&self, tile: &Certified, plan: &Plan, named: &[u32], with: &[u32]) -> FitTable {
+        if with.is_empty() {
+            return FitTable::default();
+        }
+        let feature = |v: &u32| self.support.get(*v).feature() && !self.stops.get(*v).any();
         let mut at: Vec<u32> = with.iter().copied().filter(feature).chain(named.iter().copied()).collect();
         at.sort_unstable();
         at.dedup();
+        FitTable { fits: self.fits(tile, plan, &at), at }
+    }
+
+    /// Step F at the vertices `at`. Without refined normals the angle is that of the tensors, and nothing is known of where
+    /// the line runs.
+    fn fits(&self, tile: &Certified, plan: &Plan, at: &[u32]) -> Vec<Fit> {
+        let Finding { votes, stops, .. } = self;
         let Certified { mesh, faces, vertex_rounds: rounds, .. } = tile;
         match &self.refined {
             Some(Refined { normals, known }) => {
-                Fitter { mesh, faces, normals, known, scale: &plan.scale, votes, stops, rounds }.fits(&at)
+                Fitter { mesh, faces, normals, known, scale: &plan.scale, votes, stops, rounds }.fits(at)
             }
-            None => {
-                let angle = |v| Fit { angle: votes.get(v).theta, ..Fit::default() };
-                Field::compute(mesh.vertex_count(), &at, angle)
-            }
+            None => at.iter().map(|&v| Fit { angle: votes.get(v).theta, ..Fit::default() }).collect(),
         }
     }
 
-    fn class(&self, fits: &Field<Fit>, v: u32) -> Class {
+    /// The class of `v`, whose fit only matters if it is a feature where lines do not stop.
+    fn class(&self, v: u32, fit: &Fit) -> Class {
         let stop = self.stops.get(v);
         if stop.boundary {
             Class::Boundary
         } else if stop.corner {
             Class::Corner
-        } else if !self.support.get(v).feature() || fits.get(v).angle < self.min_angle {
+        } else if !self.support.get(v).feature() || fit.angle < self.min_angle {
             Class::Face
-        } else if fits.get(v).angle >= method::SHARP_DEG * DEGREE {
+        } else if fit.angle >= method::SHARP_DEG * DEGREE {
             Class::Sharp
         } else {
             Class::Weak
         }
     }
 
-    fn candidate(&self, tile: &Certified, fits: &Field<Fit>, v: u32) -> Candidate {
+    /// A vertex of a link, not fitted yet.
+    fn candidate(&self, tile: &Certified, v: u32) -> Candidate {
         let stop = self.stops.get(v);
         Candidate {
             id: tile.mesh.id(v),
             position: tile.mesh.position(v),
             theta: self.votes.get(v).theta,
-            fit: fits.get(v),
+            fit: Fit::default(),
             salience: self.support.get(v).salience,
-            class: self.class(fits, v),
+            class: Class::default(),
             corner: stop.corner,
             stop: stop.any(),
             strong: (self.strong)(&self.support.get(v)),
@@ -213,7 +252,7 @@ impl Finding {
         }
     }
 
-    fn fields(&self, tile: &Certified, fits: &Field<Fit>, v: u32) -> VertexFields {
+    fn fields(&self, tile: &Certified, fits: &FitTable, v: u32) -> VertexFields {
         let vote = self.votes.get(v);
         VertexFields {
             id: tile.mesh.id(v),
@@ -221,7 +260,7 @@ impl Finding {
             eigenvalues: vote.eigenvalues,
             omega: (self.omega)(&vote),
             salience: self.support.get(v).salience,
-            class: self.class(fits, v),
+            class: self.class(v, &fits.at(v)),
         }
     }
 }

@@ -9,7 +9,7 @@
 //! do. Points where planes meet are those of Kobbelt et al. (2001), with planes fitted rather than taken from three
 //! vertices, each weighted with its own standard error.
 
-use super::patch::Surface;
+use super::patch::{Scratch, Surface};
 use super::plane::Plane;
 use super::sides::{further_planes, meeting, two_sides};
 use crate::config::method;
@@ -18,6 +18,7 @@ use crate::mesh::{Field, TileMesh};
 use crate::partition::Scale;
 use crate::voting::{FaceGeometry, Stop, Vote};
 use glam::DVec3;
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 /// Which way a surface bends at a crease, seen from the side that its normals point to. The numbers are those of the
@@ -76,22 +77,26 @@ pub fn slack(noise: f64) -> f64 {
     method::FIT_SLACK * (1.0 + noise)
 }
 
+/// Fits by one parallel task: enough for its memory to be worth its while.
+const FITS: usize = 256;
+
 impl Fitter<'_> {
     /// The fit at each vertex of `at`.
-    pub fn fits(&self, at: &[u32]) -> Field<Fit> {
-        Field::compute(self.mesh.vertex_count(), at, |v| self.fit(v))
+    pub fn fits(&self, at: &[u32]) -> Vec<Fit> {
+        at.par_iter().with_min_len(FITS).map_init(Scratch::default, |scratch, &v| self.fit(v, scratch)).collect()
     }
 
-    fn fit(&self, v: u32) -> Fit {
+    fn fit(&self, v: u32, scratch: &mut Scratch) -> Fit {
         let Fitter { mesh, faces, normals, scale, known, votes, .. } = *self;
         let vote = votes.get(v);
         let noise = noise_share(scale, self.rounds[v as usize]);
         let radius = method::FIT_NEAR + (method::FIT_FAR - method::FIT_NEAR) * noise;
-        let patch = Surface { mesh, faces, normals, scale, known, votes }.patch(v, radius);
-        let sides = two_sides(&patch, vote.b, slack(noise));
+        Surface { mesh, faces, normals, scale, known, votes }.patch(v, radius, scratch);
+        let Scratch { patch, work, .. } = scratch;
+        let sides = two_sides(patch, vote.b, slack(noise), work);
         let close = method::MORE_CLOSE * if self.stops.get(v).corner { 2.0 } else { 1.0 };
         let mut directions: Vec<DVec3> = sides.iter().flatten().map(|plane| plane.normal).collect();
-        let further = further_planes(&patch, &mut directions, close);
+        let further = further_planes(patch, &mut directions, close, work);
         let planes: Vec<Plane> = sides.into_iter().flatten().chain(further).collect();
         let quadric = meeting(&planes);
         let (angle, bend) = match sides {

@@ -33,25 +33,27 @@ pub(super) fn mean_normal(patch: &Patch, faces: &[u32], weights: &[f64]) -> DVec
 }
 
 /// The plane through the corners of `faces` (not empty), written as heights over the plane of `normal`:
-/// z = a + b x + c y.
+/// z = a + b x + c y. What is summed are moments in the axes of the mesh, as the patch has them; only the sums are turned
+/// into the frame of the normal.
 pub(super) fn fit_plane(patch: &Patch, faces: &[u32], weights: &[f64], normal: DVec3) -> Plane {
-    let [x, y] = frame(normal);
-    let (mut matrix, mut right) = (Sym3::default(), DVec3::ZERO);
-    let (mut total, mut squares, mut heights) = (0.0, 0.0, 0.0);
+    let (mut total, mut squares) = (0.0, 0.0);
+    let (mut first, mut second) = (DVec3::ZERO, Sym3::default());
     for &i in faces {
         let face = weights[i as usize];
         total += face;
         squares += face * face;
-        for p in patch.corners[i as usize] {
-            let row = DVec3::new(1.0, p.dot(x), p.dot(y));
-            let (weight, z) = (face / 3.0, p.dot(normal));
-            matrix.add(&Sym3::outer(row, weight));
-            right += row * (weight * z);
-            heights += weight * z * z;
-        }
+        first += patch.centres[i as usize] * face;
+        second.add(&patch.spreads[i as usize].scaled(face));
     }
+    let [x, y] = frame(normal);
+    let (sx, sy, sz) = (second.times(x), second.times(y), second.times(normal));
     let pull = total * method::FIT_PULL * method::FIT_PULL;
-    matrix.diag += DVec3::new(0.0, pull, pull);
+    let matrix = Sym3 {
+        diag: DVec3::new(total, x.dot(sx) + pull, y.dot(sy) + pull),
+        off: DVec3::new(x.dot(sy), first.dot(y), first.dot(x)),
+    };
+    let right = DVec3::new(first.dot(normal), x.dot(sz), y.dot(sz));
+    let heights = normal.dot(sz);
     let solution = matrix.solve(right);
     let spread = (heights - solution.dot(right)).max(0.0) / total;
     // A vertex has two faces; one degree of freedom more keeps a single face from being sure of itself.

@@ -5,35 +5,48 @@
 //! that there is no threshold between the two. A side is what is connected: across the next crease a step of a stair may
 //! be parallel to this one, but it is not reached.
 
-use super::patch::Patch;
+use super::patch::{Connected, Patch};
 use super::plane::{Plane, agreement, fit_plane, mean_normal};
 use crate::config::method;
 use crate::math::{Quadric, unit};
 use glam::DVec3;
 
+/// Memory for weights and connected faces, used again from vertex to vertex.
+#[derive(Default)]
+pub(super) struct Work {
+    /// Distance of each face across the line.
+    places: Vec<f64>,
+    weights: Vec<f64>,
+    connected: Connected,
+}
+
 /// The planes on the side of `b` and on the other, or `None` where the faces do not fall into two sides. `slack` is how far
 /// the vertex may lie from the line.
-pub(super) fn two_sides(patch: &Patch, b: DVec3, slack: f64) -> Option<[Plane; 2]> {
-    let mut normals = split(patch, b)?;
+pub(super) fn two_sides(patch: &Patch, b: DVec3, slack: f64, work: &mut Work) -> Option<[Plane; 2]> {
+    work.places.clear();
+    work.places.extend(patch.centres.iter().map(|centre| centre.dot(b)));
+    let mut normals = split(patch, &work.places)?;
     let mut shift = 0.0;
-    let mut weights = vec![0.0; patch.len()];
     let mut planes = None;
     for round in 0..=method::FIT_ROUNDS {
+        let between = normals[0] - normals[1];
         let mut found = [Plane { normal: DVec3::ZERO, offset: 0.0, variance: 1.0 }; 2];
         for (plane, (sign, normal)) in found.iter_mut().zip([1.0, -1.0].into_iter().zip(normals)) {
-            for (i, weight) in weights.iter_mut().enumerate() {
-                let across = coordinate(patch, i, b, normals) - shift / method::FIT_RAMP;
+            let Work { places, weights, connected } = &mut *work;
+            weights.clear();
+            weights.extend((0..patch.len()).map(|i| {
+                let across = coordinate(places[i], patch.normals[i], between) - shift / method::FIT_RAMP;
                 let share = (sign * across).clamp(0.0, 1.0);
-                *weight = patch.weights[i] * agreement(patch.normals[i], normal) * share;
-            }
-            let faces = patch.connected(&weights);
-            if faces.is_empty() {
+                patch.weights[i] * agreement(patch.normals[i], normal) * share
+            }));
+            patch.connected(weights, connected);
+            if connected.faces.is_empty() {
                 return None;
             }
             if round == 0 {
-                plane.normal = mean_normal(patch, &faces, &weights);
+                plane.normal = mean_normal(patch, &connected.faces, weights);
             } else {
-                *plane = fit_plane(patch, &faces, &weights, normal);
+                *plane = fit_plane(patch, &connected.faces, weights, normal);
             }
         }
         normals = found.map(|plane| plane.normal);
@@ -46,21 +59,20 @@ pub(super) fn two_sides(patch: &Patch, b: DVec3, slack: f64) -> Option<[Plane; 2
     planes
 }
 
-/// On which side of the crease face `i` lies, in widths of the ramp: by its distance across and by which of the two normals
-/// it agrees with.
-fn coordinate(patch: &Patch, i: usize, b: DVec3, normals: [DVec3; 2]) -> f64 {
-    let place = patch.centres[i].dot(b);
-    let normal = patch.normals[i].dot(normals[0] - normals[1]);
-    (place + method::FIT_NORMAL * normal) / method::FIT_RAMP
+/// On which side of the crease a face lies, in widths of the ramp: by its distance across (`place`) and by which of the two
+/// normals it agrees with; `between` is their difference.
+fn coordinate(place: f64, normal: DVec3, between: DVec3) -> f64 {
+    (place + method::FIT_NORMAL * normal.dot(between)) / method::FIT_RAMP
 }
 
 /// First normals of the two sides: means of two groups, from a division by place alone.
-fn split(patch: &Patch, b: DVec3) -> Option<[DVec3; 2]> {
+fn split(patch: &Patch, places: &[f64]) -> Option<[DVec3; 2]> {
     let mut normals = [DVec3::ZERO; 2];
     for _ in 0..method::SPLIT_ROUNDS {
+        let between = normals[0] - normals[1];
         let mut sums = [DVec3::ZERO; 2];
         for i in (0..patch.len()).filter(|&i| patch.near[i] > 0.0) {
-            let across = coordinate(patch, i, b, normals).clamp(-1.0, 1.0);
+            let across = coordinate(places[i], patch.normals[i], between).clamp(-1.0, 1.0);
             sums[usize::from(across < 0.0)] += patch.normals[i] * (patch.near[i] * across.abs());
         }
         if sums.contains(&DVec3::ZERO) {
@@ -73,7 +85,13 @@ fn split(patch: &Patch, b: DVec3) -> Option<[DVec3; 2]> {
 
 /// Planes of the faces around the one-ring that belong to none of `normals`, which grows by theirs; those that pass the
 /// vertex within `close` kh.
-pub(super) fn further_planes(patch: &Patch, normals: &mut Vec<DVec3>, close: f64) -> Vec<Plane> {
+pub(super) fn further_planes(
+    patch: &Patch,
+    normals: &mut Vec<DVec3>,
+    close: f64,
+    work: &mut Work,
+) -> Vec<Plane> {
+    let Work { weights, connected, .. } = work;
     let total: f64 = patch.near.iter().sum();
     let mut planes = Vec::new();
     for _ in 0..method::MORE_PLANES {
@@ -81,20 +99,19 @@ pub(super) fn further_planes(patch: &Patch, normals: &mut Vec<DVec3>, close: f64
         if share < method::MORE_SHARE * total {
             break;
         }
-        let weigh = |normal: DVec3| -> Vec<f64> {
-            (0..patch.len()).map(|i| patch.weights[i] * agreement(patch.normals[i], normal)).collect()
-        };
         let mut found = None;
         for round in 0..3 {
-            let weights = weigh(normal);
-            let faces = patch.connected(&weights);
-            if faces.is_empty() {
+            weights.clear();
+            weights
+                .extend((0..patch.len()).map(|i| patch.weights[i] * agreement(patch.normals[i], normal)));
+            patch.connected(weights, connected);
+            if connected.faces.is_empty() {
                 break;
             }
             if round < 2 {
-                normal = mean_normal(patch, &faces, &weights);
+                normal = mean_normal(patch, &connected.faces, weights);
             } else {
-                found = Some(fit_plane(patch, &faces, &weights, normal));
+                found = Some(fit_plane(patch, &connected.faces, weights, normal));
             }
         }
         normals.push(found.map_or(normal, |plane| plane.normal));

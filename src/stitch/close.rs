@@ -49,13 +49,26 @@ pub struct TileShare {
     pub defects: Defects,
 }
 
-/// Finishes what is closed, and takes apart what is open.
-pub fn close(fragments: Fragments, rules: &Rules) -> TileShare {
+/// Fits planes at some vertices of a tile: completes the candidates it gets, ascending by id.
+pub type FitAll<'a> = &'a dyn Fn(&mut [&mut Candidate]);
+
+/// Finishes what is closed, and takes apart what is open. The vertices of `fragments` were not fitted yet: `fit` is called
+/// for those that may be on a line, which are half of them.
+pub fn close(fragments: Fragments, rules: &Rules, fit: FitAll) -> TileShare {
     let Fragments { vertices, links, open_edges, seams, largest_salience, defects } = fragments;
     let found = links.len() as u64;
     let whole = Part { vertices, links, open_edges };
-    let (closed, open) = if seams.is_empty() { (whole, Vec::new()) } else { split(&whole, &seams) };
-    TileShare { finished: finish(closed, rules), open, links: found, largest_salience, defects }
+    let (closed, mut open) = if seams.is_empty() { (whole, Vec::new()) } else { split(&whole, &seams) };
+    // What becomes of an open part is not known here.
+    let mut all: Vec<&mut Candidate> = open.iter_mut().flat_map(|open| &mut open.part.vertices).collect();
+    all.sort_unstable_by_key(|v| v.id);
+    fit(&mut all);
+    let finished = finish(closed, rules, |vertices, left| {
+        let mut left: Vec<&mut Candidate> =
+            vertices.iter_mut().zip(left).filter(|(_, left)| **left).map(|(v, _)| v).collect();
+        fit(&mut left);
+    });
+    TileShare { finished, open, links: found, largest_salience, defects }
 }
 
 /// Closed components all together, open ones one by one.

@@ -81,8 +81,9 @@ pub struct Finished {
     pub lines: Vec<FinishedLine>,
 }
 
-/// Finishes whole components.
-pub fn finish(part: Part, rules: &Rules) -> Finished {
+/// Finishes whole components. `fit` gets all their vertices, ascending, and by vertex whether it is left after pruning:
+/// nothing before reads how planes were fitted, or the class that comes of it, and nothing after reads it of others.
+pub fn finish(part: Part, rules: &Rules, fit: impl FnOnce(&mut [Candidate], &[bool])) -> Finished {
     let Part { mut vertices, mut links, mut open_edges } = part;
     vertices.sort_unstable_by_key(|v| v.id);
     debug_assert!(
@@ -94,7 +95,12 @@ pub fn finish(part: Part, rules: &Rules) -> Finished {
     links.dedup();
     open_edges.sort_unstable();
     open_edges.dedup();
-    let (graph, mut lines) = creases(&vertices, &links, rules);
+    let mut graph = pruned(&vertices, &links, rules);
+    let mut left: Vec<bool> = (0..graph.nodes()).map(|v| graph.degree(v) > 0).collect();
+    let ends = open_edges.iter().flat_map(|e| e.ends).filter_map(|id| node_of(&vertices, id));
+    ends.for_each(|v| left[v as usize] = true);
+    fit(&mut vertices, &left);
+    let mut lines = creases(&mut graph, &vertices, rules);
     let fitted = smooth::fit_lines(&graph, &vertices, &lines, &rules.scale);
     let creases = lines.len();
     for (kind, class) in [(Kind::Boundary, Class::Boundary), (Kind::NonManifold, Class::NonManifold)] {
@@ -124,27 +130,34 @@ pub fn finish(part: Part, rules: &Rules) -> Finished {
     }
 }
 
-/// The graph of creases and the lines it falls into. `links` are in the order of their keys, without repetition.
-fn creases(vertices: &[Candidate], links: &[LinkPath], rules: &Rules) -> (Graph, Vec<ChainLine>) {
-    let Rules { scale, shortest, min_angle_deg } = rules;
+/// The graph of creases, without what is too short or too faint. `links` are in the order of their keys, without
+/// repetition.
+fn pruned(vertices: &[Candidate], links: &[LinkPath], rules: &Rules) -> Graph {
+    let scale = &rules.scale;
     let apart = LoopLength {
         base: scale.length(method::LOOP_LENGTH),
         per_round: scale.length(method::LOOP_PER_ROUND),
     };
     let mut graph = graph::build(vertices, links, apart);
     prune::prune_branches(&mut graph, vertices, scale.length(method::PRUNE_LENGTH));
-    prune::prune_components(&mut graph, vertices, *shortest);
+    prune::prune_components(&mut graph, vertices, rules.shortest);
+    graph
+}
+
+/// The lines that the graph falls into, without those below the smallest angle, which are taken out of it.
+fn creases(graph: &mut Graph, vertices: &[Candidate], rules: &Rules) -> Vec<ChainLine> {
     let lines_of = |graph: &Graph| -> Vec<ChainLine> {
         let chains = lines::chains(graph, |v| vertices[v as usize].corner).into_iter();
         chains.map(|chain| lines::crease_line(vertices, chain)).collect()
     };
-    let mut lines = lines_of(&graph);
-    let weak: Vec<&ChainLine> = lines.iter().filter(|line| line.measures.angle < *min_angle_deg).collect();
+    let mut lines = lines_of(graph);
+    let weak: Vec<&ChainLine> =
+        lines.iter().filter(|line| line.measures.angle < rules.min_angle_deg).collect();
     if !weak.is_empty() {
         // What a weak line held together may be too short on its own, and its junctions may be none any more.
         weak.iter().flat_map(|line| line.nodes.windows(2)).for_each(|e| graph.remove(e[0], e[1]));
-        prune::prune_components(&mut graph, vertices, *shortest);
-        lines = lines_of(&graph);
+        prune::prune_components(graph, vertices, rules.shortest);
+        lines = lines_of(graph);
     }
-    (graph, lines)
+    lines
 }

@@ -184,7 +184,7 @@ pub struct VertexFields {
 /// What one tile found.
 #[derive(Clone, Debug, Default)]
 pub struct Fragments {
-    /// Every vertex that a path or open edge names, ascending.
+    /// Every vertex that a path or open edge names, ascending; not fitted yet, and without a class.
     pub vertices: Vec<Candidate>,
     /// Paths from the ridge vertices that the tile owns.
     pub links: Vec<LinkPath>,

@@ -30,7 +30,7 @@ mod store;
 #[cfg(test)]
 mod tests;
 
-pub use close::{OpenPart, TileShare, close};
+pub use close::{FitAll, OpenPart, TileShare, close};
 pub use component::{Finished, FinishedLine, Part, Rules};
 pub use error::StitchError;
 pub use fragments::{Candidate, Class, Defects, Fragments, Kind, LinkPath, OpenEdge, Seam, VertexFields};

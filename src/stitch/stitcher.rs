@@ -137,6 +137,6 @@ impl Stitcher {
 
     /// One at a time: finishing takes several times the memory of what is finished.
     fn finish_parts(&mut self, parts: impl IntoIterator<Item = Part>) -> Result<(), StitchError> {
-        parts.into_iter().try_for_each(|part| self.store.put(finish(part, &self.rules)))
+        parts.into_iter().try_for_each(|part| self.store.put(finish(part, &self.rules, |_, _| ())))
     }
 }

@@ -124,7 +124,7 @@ fn streamed(world: &World, order: &[u32], rules: Rules, lines: u64) -> ([LineSet
     let memory = LineMemory { open: u64::MAX, lines };
     let mut stitcher = Stitcher::new(rules, memory, parent.path());
     for &tile in order {
-        stitcher.take(close(world.fragments(TileId(tile)), &rules)).expect("room");
+        stitcher.take(close(world.fragments(TileId(tile)), &rules, &|_| ())).expect("room");
         stitcher.done(TileId(tile)).expect("room");
     }
     assert_eq!(stitcher.open(), Held::default(), "something is still open");
@@ -137,7 +137,7 @@ fn streamed(world: &World, order: &[u32], rules: Rules, lines: u64) -> ([LineSet
 /// Both geometries, from one tile.
 fn at_once(world: &World, rules: Rules) -> [LineSet; 2] {
     let mut stitcher = Stitcher::new(rules, LineMemory::UNBOUNDED, "/nowhere".as_ref());
-    let share = close(world.whole(), &rules);
+    let share = close(world.whole(), &rules, &|_| ());
     assert!(share.open.is_empty());
     stitcher.take(share).expect("room");
     stitcher.done(TileId(0)).expect("room");
@@ -288,7 +288,7 @@ fn a_loop_across_seams_is_closed() {
 fn what_no_other_tile_can_name_is_finished_in_the_tile() {
     // Two strips of 7 columns. Column 3 is the last from which the other one is 4 steps away.
     let world = World::plain(2).with_line((0..9).map(|y| (3, y))).with_line((0..9).map(|y| (4, y)));
-    let share = close(world.fragments(TileId(0)), &rules(2.0, 0.0));
+    let share = close(world.fragments(TileId(0)), &rules(2.0, 0.0), &|_| ());
     assert_eq!(share.finished.lines.len(), 1);
     assert!(share.finished.vertices.iter().all(|(v, on_crease)| v.position.x == 3.0 && *on_crease));
     assert_eq!(share.open.len(), 1);
@@ -296,14 +296,14 @@ fn what_no_other_tile_can_name_is_finished_in_the_tile() {
     assert!(share.open[0].seams.iter().all(|seam| seam.tiles == [TileId(1)]));
     // Joined by one link, they wait together.
     let world = world.with_line([(3, 8), (4, 8)]);
-    let share = close(world.fragments(TileId(0)), &rules(2.0, 0.0));
+    let share = close(world.fragments(TileId(0)), &rules(2.0, 0.0), &|_| ());
     assert!(share.finished.lines.is_empty() && share.open.len() == 1);
     assert_eq!(share.open[0].part.links.len(), 17);
     // Kinds close on their own.
     let mut world = World::plain(2).with_line((0..9).map(|y| (4, y)));
     world.open_edges =
         [(2, 3), (3, 17)].map(|(a, b)| OpenEdge { ends: [VertexId(a), VertexId(b)], crowded: true }).to_vec();
-    let share = close(world.fragments(TileId(0)), &rules(2.0, 0.0));
+    let share = close(world.fragments(TileId(0)), &rules(2.0, 0.0), &|_| ());
     assert_eq!((share.finished.lines.len(), share.open.len()), (1, 1));
     assert_eq!(share.finished.lines[0].measures.class, Class::NonManifold);
 }

@@ -154,7 +154,10 @@ impl Steps {
             stops: &stops,
             rounds,
         };
-        let fits = fitter.fits(&demand.linked);
+        let found = fitter.fits(&demand.linked);
+        let fits = Field::compute(mesh.vertex_count(), &demand.linked, |v| {
+            found[demand.linked.partition_point(|&other| other < v)]
+        });
         Steps {
             normals,
             tokens,
