@@ -185,7 +185,7 @@ impl Whole {
                 differs("smoothed position", demand.smoothed.within(0), &same)
             })
             .or_else(|| {
-                differs("contrast", &demand.traced, &|v, w| steps.contrast.get(v) == ours.contrast.get(w))
+                differs("contrast", &steps.traced, &|v, w| steps.contrast.get(v) == ours.contrast.get(w))
             })
             .or_else(|| differs("stop", &demand.traced, &|v, w| steps.stops.get(v) == ours.stops.get(w)))
             .or_else(|| {

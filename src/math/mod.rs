@@ -16,7 +16,7 @@ pub const DEGREE: f64 = std::f64::consts::PI / 180.0;
 
 /// `v` scaled to unit length; a vector that is zero stays zero.
 pub fn unit(v: DVec3) -> DVec3 {
-    v / v.dot(v).sqrt().max(1e-300)
+    v * (1.0 / v.dot(v).sqrt().max(1e-300))
 }
 
 /// The angle whose tangent is the root of `ratio`: turns an eigenvalue ratio of an even plate tensor into half the fold

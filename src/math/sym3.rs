@@ -1,7 +1,10 @@
 //! Symmetric 3x3 tensors and their eigensystem.
 //!
-//! Cyclic Jacobi rotations: backward stable, also at double eigenvalues (every plane is one), and made of + - * / sqrt
-//! only. Closed forms through `acos` lose half the digits exactly where a flat vertex is told from a weak crease.
+//! Two ways, both made of + - * / sqrt only. Where the largest eigenvalue stands apart, as it does at all but corners and
+//! right angles, it is found by Newton's method, its vector as a cross product, and the other two in the plane across, as
+//! the roots of a 2x2 matrix: as precise as rotations, and several times as fast. Elsewhere cyclic Jacobi rotations:
+//! backward stable, also at multiple eigenvalues. Closed forms through `acos` lose half the digits exactly where a flat
+//! vertex is told from a weak crease.
 
 use glam::DVec3;
 
@@ -28,6 +31,14 @@ pub struct Eigen {
 const MAX_SWEEPS: usize = 12;
 /// Off-diagonal entries below this share of the diagonal no longer change an f64 eigenvalue.
 const CONVERGED: f64 = 1e-18;
+/// Newton's method starts above the root and comes down: quadratically when it is near, which it is from the start where
+/// normals agree. Where it takes longer, rotations do as well.
+const MAX_STEPS: usize = 8;
+/// The largest eigenvalue stands apart if the gap to the next is this share of it.
+const APART: f64 = 0.05;
+/// What the largest eigenvector may lack of being one, as a share of its eigenvalue: the square of it is below rounding, so
+/// one step of perturbation theory corrects it.
+const COUPLING: f64 = 1e-9;
 
 impl Sym3 {
     /// `weight` times the outer product of `n` with itself.
@@ -75,6 +86,58 @@ impl Sym3 {
 
     /// The eigensystem.
     pub fn eigen(&self) -> Eigen {
+        self.deflated().unwrap_or_else(|| self.rotated())
+    }
+
+    /// The eigensystem, if the largest eigenvalue stands apart and none is below zero by more than rounding.
+    fn deflated(&self) -> Option<Eigen> {
+        let (d, o) = (self.diag, self.off);
+        let trace = d.x + d.y + d.z;
+        // The characteristic polynomial is x^3 - trace x^2 + minors x - determinant. At the trace it is above all roots.
+        let minors = d.x * d.y + d.y * d.z + d.z * d.x - o.dot(o);
+        let determinant =
+            d.x * (d.y * d.z - o.x * o.x) - o.z * (o.z * d.z - o.x * o.y) + o.y * (o.z * o.x - d.y * o.y);
+        let mut largest = trace;
+        for step in 0.. {
+            let value = ((largest - trace) * largest + minors) * largest - determinant;
+            let slope = (3.0 * largest - 2.0 * trace) * largest + minors;
+            let change = value / slope;
+            largest -= change;
+            // What is left after a step this small is the square of it.
+            if change.abs() <= COUPLING * trace {
+                break;
+            }
+            if step == MAX_STEPS || !change.is_finite() {
+                return None;
+            }
+        }
+        let first = null_vector(&Sym3 { diag: d - DVec3::splat(largest), off: o })?;
+        let [x, y] = across(first);
+        let (ax, ay) = (self.times(x), self.times(y));
+        let (xx, xy, yy) = (x.dot(ax), x.dot(ay), y.dot(ay));
+        let half = 0.5 * (xx - yy);
+        let root = (half * half + xy * xy).sqrt();
+        let mean = 0.5 * (xx + yy);
+        // Of two ways to write the vector, that without cancellation.
+        let turned = if half >= 0.0 { (half + root, xy) } else { (xy, root - half) };
+        let length = (turned.0 * turned.0 + turned.1 * turned.1).sqrt();
+        let (c, s) = if length > 0.0 { (turned.0 / length, turned.1 / length) } else { (1.0, 0.0) };
+        let (second, third) = (x * c + y * s, y * c - x * s);
+        let values = [first.dot(self.times(first)), mean + root, mean - root];
+        let coupled = [first.dot(ax * c + ay * s), first.dot(ay * c - ax * s)];
+        let gaps = [values[0] - values[1], values[0] - values[2]];
+        let sure = gaps[0] >= APART * values[0]
+            && coupled[0].abs() + coupled[1].abs() <= COUPLING * values[0]
+            && values[2] >= -CONVERGED.sqrt() * values[0];
+        let (p, q) = (coupled[0] / gaps[0], coupled[1] / gaps[1]);
+        sure.then(|| Eigen {
+            values,
+            vectors: [first + second * p + third * q, second - first * p, third - first * q].map(fix_sign),
+        })
+    }
+
+    /// The eigensystem by rotations.
+    fn rotated(&self) -> Eigen {
         let mut a = [
             [self.diag.x, self.off.z, self.off.y],
             [self.off.z, self.diag.y, self.off.x],
@@ -97,6 +160,41 @@ impl Sym3 {
             vectors: order.map(|i| fix_sign(DVec3::new(u[0][i], u[1][i], u[2][i]))),
         }
     }
+}
+
+/// A unit vector that a singular matrix takes to zero: at right angles to its rows. None if these are all parallel, to
+/// rounding.
+fn null_vector(a: &Sym3) -> Option<DVec3> {
+    let rows = [
+        DVec3::new(a.diag.x, a.off.z, a.off.y),
+        DVec3::new(a.off.z, a.diag.y, a.off.x),
+        DVec3::new(a.off.y, a.off.x, a.diag.z),
+    ];
+    let candidates = [rows[1].cross(rows[2]), rows[2].cross(rows[0]), rows[0].cross(rows[1])];
+    let squares = candidates.map(|v| v.dot(v));
+    let most = if squares[0] >= squares[1] && squares[0] >= squares[2] {
+        0
+    } else if squares[1] >= squares[2] {
+        1
+    } else {
+        2
+    };
+    (squares[most] > 0.0).then(|| candidates[most] * (1.0 / squares[most].sqrt()))
+}
+
+/// Two unit vectors at right angles to the unit vector `n` and to each other.
+fn across(n: DVec3) -> [DVec3; 2] {
+    let m = n.abs();
+    let axis = if m.x <= m.y && m.x <= m.z {
+        DVec3::X
+    } else if m.y <= m.z {
+        DVec3::Y
+    } else {
+        DVec3::Z
+    };
+    let x = n.cross(axis);
+    let x = x * (1.0 / x.dot(x).sqrt());
+    [x, n.cross(x)]
 }
 
 /// One Jacobi rotation that makes `a[p][q]` zero; `u` collects the rotations, eigenvectors in its columns.
@@ -159,6 +257,14 @@ mod tests {
     }
 
     #[test]
+    fn the_fast_way_is_taken_where_normals_agree() {
+        assert!(tensor(&[(0.1, 0.0), (-0.1, 0.05), (0.3, 0.0)]).deflated().is_some());
+        assert!(tensor(&[(0.0, 0.0)]).deflated().is_some());
+        // A right angle with equal sides.
+        assert!(tensor(&[(1.0, 0.0), (-1.0, 0.0)]).deflated().is_none());
+    }
+
+    #[test]
     fn the_zero_tensor_and_not_a_number_end() {
         assert_eq!(Sym3::default().eigen().values, [0.0; 3]);
         let nan = Sym3 { diag: DVec3::NAN, off: DVec3::NAN };
@@ -177,7 +283,30 @@ mod tests {
         assert!((t.solve(right) - x).length() < 1e-14);
     }
 
+    /// Tensors of normals that agree more or less: what vertices have.
+    fn tensor(normals: &[(f64, f64)]) -> Sym3 {
+        let mut t = Sym3::default();
+        for &(a, b) in normals {
+            let n = DVec3::new(a, b, 1.0) / (a * a + b * b + 1.0).sqrt();
+            t.add(&Sym3::outer(n, 0.7));
+        }
+        t
+    }
+
     proptest! {
+        #[test]
+        fn both_ways_agree(spread in 0.0..3.0f64, normals in prop::collection::vec((-1.0..1.0f64, -1.0..1.0f64), 1..9)) {
+            let spread = libm::pow(10.0, -3.0 * spread);
+            let normals: Vec<(f64, f64)> = normals.iter().map(|&(a, b)| (spread * a, spread * b)).collect();
+            let t = tensor(&normals);
+            let (e, slow) = (t.eigen(), t.rotated());
+            let rounding = 2e-15 * slow.values[0];
+            for i in 0..3 {
+                prop_assert!((e.values[i] - slow.values[i]).abs() < rounding, "{e:?} {slow:?}");
+                prop_assert!(residual(&t, e.values[i], e.vectors[i]) < rounding, "{e:?} {slow:?}");
+            }
+        }
+
         #[test]
         fn agrees_with_nalgebra(d in prop::array::uniform3(-1.0..1.0f64), o in prop::array::uniform3(-1.0..1.0f64)) {
             let t = Sym3 { diag: d.into(), off: o.into() };

@@ -32,15 +32,34 @@ pub struct TileMesh {
     pub duplicates: Vec<u32>,
 }
 
-/// One face at an edge, seen from one end.
+/// One face at an edge, seen from one end: the other end, the face, and whether it runs along the edge from this end to
+/// the other. In one number, the other end in front and the direction last, which sorts fast; a tile has fewer than 2^31
+/// faces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct EdgeUse {
+pub struct EdgeUse(u64);
+
+impl EdgeUse {
+    fn new(other: u32, face: u32, outward: bool) -> EdgeUse {
+        EdgeUse(u64::from(other) << 32 | u64::from(face) << 1 | u64::from(outward))
+    }
+
     /// The other end.
-    pub other: u32,
+    #[inline]
+    pub fn other(self) -> u32 {
+        (self.0 >> 32) as u32
+    }
+
     /// The face.
-    pub face: u32,
+    #[inline]
+    pub fn face(self) -> u32 {
+        self.0 as u32 >> 1
+    }
+
     /// Whether the face runs along the edge from this end to the other.
-    pub outward: bool,
+    #[inline]
+    pub fn outward(self) -> bool {
+        self.0 & 1 == 1
+    }
 }
 
 /// Vertices handled by one parallel task: large enough to hide its cost, small enough to balance.
@@ -117,23 +136,55 @@ impl TileMesh {
         (a + b + c) / 3.0
     }
 
-    /// Fills `uses` with the edges at `v`, sorted by other end and then by face: the faces of an edge are consecutive
-    /// ([`slice::chunk_by`] on `other`).
+    /// Fills `uses` with the edges at `v` to vertices of higher index, sorted by other end and then by face: the faces of an
+    /// edge are consecutive ([`slice::chunk_by`] on `other`).
+    pub fn edges_upwards(&self, v: u32, uses: &mut Vec<EdgeUse>) {
+        self.edges(v, v + 1, uses);
+    }
+
+    /// The same for all edges at `v`.
     pub fn edge_uses(&self, v: u32, uses: &mut Vec<EdgeUse>) {
+        self.edges(v, 0, uses);
+    }
+
+    fn edges(&self, v: u32, least: u32, uses: &mut Vec<EdgeUse>) {
         uses.clear();
         for &face in self.faces_around.row(v) {
-            let [a, b, c] = self.corners[face as usize];
-            let (next, previous) = if v == a {
-                (b, c)
-            } else if v == b {
-                (c, a)
-            } else {
-                (a, b)
-            };
-            uses.push(EdgeUse { other: next, face, outward: true });
-            uses.push(EdgeUse { other: previous, face, outward: false });
+            let (next, previous) = beside(self.corners[face as usize], v);
+            if next >= least {
+                uses.push(EdgeUse::new(next, face, true));
+            }
+            if previous >= least {
+                uses.push(EdgeUse::new(previous, face, false));
+            }
         }
         uses.sort_unstable();
+    }
+
+    /// Whether two faces run along an edge from `v` in the same direction, away from it.
+    pub fn is_opposed(&self, v: u32, scratch: &mut Vec<u32>) -> bool {
+        scratch.clear();
+        scratch.extend(self.faces_around.row(v).iter().map(|&f| beside(self.corners[f as usize], v).0));
+        if scratch.len() > FEW {
+            scratch.sort_unstable();
+            return scratch.windows(2).any(|w| w[0] == w[1]);
+        }
+        (1..scratch.len()).any(|i| scratch[..i].contains(&scratch[i]))
+    }
+}
+
+/// So many are compared with each other faster than they are sorted.
+const FEW: usize = 16;
+
+/// The corners after and before `v`.
+#[inline]
+fn beside([a, b, c]: [u32; 3], v: u32) -> (u32, u32) {
+    if v == a {
+        (b, c)
+    } else if v == b {
+        (c, a)
+    } else {
+        (a, b)
     }
 }
 
@@ -232,7 +283,10 @@ mod tests {
         let mesh = whole(&[DVec3::ZERO; 5], &[[0, 1, 2], [1, 0, 3], [0, 1, 4]]);
         let mut uses = Vec::new();
         mesh.edge_uses(0, &mut uses);
-        let edge: Vec<_> = uses.iter().filter(|u| u.other == 1).map(|u| (u.face, u.outward)).collect();
+        let edge: Vec<_> = uses.iter().filter(|u| u.other() == 1).map(|u| (u.face(), u.outward())).collect();
         assert_eq!(edge, [(0, true), (1, false), (2, true)]);
+        assert!(mesh.is_opposed(0, &mut Vec::new()) && !mesh.is_opposed(1, &mut Vec::new()));
+        mesh.edges_upwards(1, &mut uses);
+        assert_eq!(uses.iter().map(|u| u.other()).collect::<Vec<_>>(), [2, 3, 4]);
     }
 }

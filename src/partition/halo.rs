@@ -31,6 +31,7 @@ use crate::config::method;
 use crate::mesh::TileMesh;
 use glam::DVec3;
 use rayon::prelude::*;
+use rustc_hash::FxHashSet;
 use std::collections::{HashMap, HashSet};
 
 /// The vertices of the patch that planes are fitted to lie nearer than the edge of a level cube, hence in the 27 cubes; all
@@ -357,7 +358,7 @@ fn in_level_cubes(tile: &Loaded, seeds: &[u32], reach: &Reach, gaps: &mut HashSe
     let mut centres: Vec<Cube> = seeds.par_iter().map(|&v| tile.cube(v)).collect();
     centres.par_sort_unstable();
     centres.dedup();
-    let mut support: HashSet<Cube> = HashSet::new();
+    let mut support: FxHashSet<Cube> = FxHashSet::default();
     // The lattice is made of median edges.
     let ring = tile.lattice.edge / method::LEVEL_CUBE;
     for &cube in &centres {

@@ -23,14 +23,14 @@ pub fn census(tile: &Certified) -> (Vec<LocalEdge>, Defects) {
     };
     let (mut open, mut uses) = (Vec::new(), Vec::new());
     for &v in &tile.demand.owned {
-        mesh.edge_uses(v, &mut uses);
-        for edge in uses.chunk_by(|a, b| a.other == b.other).filter(|e| e[0].other > v) {
-            let opposed = edge.len() == 2 && edge[0].outward == edge[1].outward;
+        mesh.edges_upwards(v, &mut uses);
+        for edge in uses.chunk_by(|a, b| a.other() == b.other()) {
+            let opposed = edge.len() == 2 && edge[0].outward() == edge[1].outward();
             defects.opposed_edges += u64::from(opposed);
             defects.boundary_edges += u64::from(edge.len() == 1);
             defects.nonmanifold_edges += u64::from(edge.len() > 2);
             if edge.len() != 2 {
-                open.push(LocalEdge { ends: [v, edge[0].other], crowded: edge.len() > 2 });
+                open.push(LocalEdge { ends: [v, edge[0].other()], crowded: edge.len() > 2 });
             }
         }
     }

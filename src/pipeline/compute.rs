@@ -13,6 +13,7 @@ use crate::mesh::{Field, TileMesh, VertexId};
 use crate::partition::Plan;
 use crate::refine::{
     Evidence, Extremes, Fit, Fitter, Link, Linker, Support, average_along, contrast, ridges, smooth,
+    traceable,
 };
 use crate::stitch::{Candidate, Class, Fragments, LinkPath, OpenEdge, Rules, TileShare, VertexFields, close};
 use crate::voting::{
@@ -121,11 +122,12 @@ fn find(tile: &Certified, plan: &Plan, params: &Params) -> Finding {
     let Tensors { refined, votes, surroundings } = vote(tile, plan);
     let positions = smooth(mesh, &plan.scale, vertex_rounds, &demand.smoothed);
     let stops = stops(mesh, &votes, &demand.traced);
+    let traced = traceable(&votes, &surroundings, &demand.traced);
     let evidence = Evidence {
         mesh,
         votes: &votes,
         positions: &positions,
-        contrast: &contrast(mesh, &plan.scale, &votes, vertex_rounds, &demand.traced),
+        contrast: &contrast(mesh, &plan.scale, &votes, vertex_rounds, &traced),
         surroundings: &surroundings,
         stops: &stops,
     };

@@ -83,7 +83,10 @@ const FITS: usize = 256;
 impl Fitter<'_> {
     /// The fit at each vertex of `at`.
     pub fn fits(&self, at: &[u32]) -> Vec<Fit> {
-        at.par_iter().with_min_len(FITS).map_init(Scratch::default, |scratch, &v| self.fit(v, scratch)).collect()
+        at.par_iter()
+            .with_min_len(FITS)
+            .map_init(Scratch::default, |scratch, &v| self.fit(v, scratch))
+            .collect()
     }
 
     fn fit(&self, v: u32, scratch: &mut Scratch) -> Fit {

@@ -23,5 +23,5 @@ pub use fit::{Bend, Fit, Fitter, noise_share, slack};
 pub use link::{Link, Linker};
 pub use paper::{Extremes, OmegaRange, Salience, Supporters};
 pub use smooth::smooth;
-pub use support::{Evidence, Support};
+pub use support::{Evidence, Support, traceable};
 pub use thin::{average_along, ridges};

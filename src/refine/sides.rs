@@ -102,8 +102,7 @@ pub(super) fn further_planes(
         let mut found = None;
         for round in 0..3 {
             weights.clear();
-            weights
-                .extend((0..patch.len()).map(|i| patch.weights[i] * agreement(patch.normals[i], normal)));
+            weights.extend((0..patch.len()).map(|i| patch.weights[i] * agreement(patch.normals[i], normal)));
             patch.connected(weights, connected);
             if connected.faces.is_empty() {
                 break;

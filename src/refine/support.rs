@@ -17,7 +17,7 @@ pub struct Evidence<'a> {
     pub mesh: &'a TileMesh,
     /// Fold angles and directions.
     pub votes: &'a Field<Vote>,
-    /// Contrast, radians.
+    /// Contrast, radians; where traces look at it ([`traceable`]).
     pub contrast: &'a Field<f64>,
     /// Where the traces take the vertices to be.
     pub positions: &'a Field<DVec3>,
@@ -73,9 +73,19 @@ impl Support {
 /// q is a ratio to a threshold that is never zero; the cap only keeps it printable.
 const MEASURE_CAP: f64 = 1e9;
 
+/// Whether a vertex folds too little to support or to be supported.
+fn is_low(vote: Vote, surroundings: Surroundings) -> bool {
+    vote.theta < method::TRACE_LOW * surroundings.threshold
+}
+
+/// Those of `at` that fold enough for traces to look at their contrast. Half of a mesh does not.
+pub fn traceable(votes: &Field<Vote>, surroundings: &Field<Surroundings>, at: &[u32]) -> Vec<u32> {
+    at.iter().copied().filter(|&v| !is_low(votes.get(v), surroundings.get(v))).collect()
+}
+
 impl Evidence<'_> {
     fn low(&self, v: u32) -> bool {
-        self.votes.get(v).theta < method::TRACE_LOW * self.surroundings.get(v).threshold
+        is_low(self.votes.get(v), self.surroundings.get(v))
     }
 
     /// Support of each vertex of `at`.

@@ -83,5 +83,5 @@ pub fn on_boundary(mesh: &TileMesh, v: u32) -> bool {
     }
     let mut uses: Vec<EdgeUse> = Vec::with_capacity(2 * faces.len());
     mesh.edge_uses(v, &mut uses);
-    uses.chunk_by(|a, b| a.other == b.other).any(|edge| edge.len() == 1)
+    uses.chunk_by(|a, b| a.other() == b.other()).any(|edge| edge.len() == 1)
 }

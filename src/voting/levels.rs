@@ -7,7 +7,7 @@
 use crate::partition::{Cube, CubeBox, Lattice};
 use glam::DVec3;
 use rayon::prelude::*;
-use std::collections::HashMap;
+use rustc_hash::FxHashMap;
 
 /// Bins an octave, as a power of two: the top mantissa bits that a bin keeps.
 const OCTAVE_BITS: u32 = 3;
@@ -18,7 +18,7 @@ const BINS: usize = 40 << OCTAVE_BITS;
 
 /// The samples of each cube, ready for quantiles.
 pub struct Levels {
-    slots: HashMap<Cube, u32>,
+    slots: FxHashMap<Cube, u32>,
     /// Samples of slot i are `bins[starts[i]..starts[i + 1]]`.
     starts: Vec<u32>,
     bins: Vec<u16>,
@@ -27,7 +27,7 @@ pub struct Levels {
 impl Levels {
     /// Sorts `samples` (position, value of at least 0) into cubes.
     pub fn new(lattice: &Lattice, samples: impl Iterator<Item = (DVec3, f64)>) -> Levels {
-        let mut slots: HashMap<Cube, u32> = HashMap::new();
+        let mut slots: FxHashMap<Cube, u32> = FxHashMap::default();
         // Neighbouring samples mostly share a cube.
         let mut last: Option<(Cube, u32)> = None;
         let keyed: Vec<(u32, u16)> = samples
@@ -96,8 +96,12 @@ pub(super) fn each_distinct<T: Copy + Send + Sync>(
     distinct.par_sort_unstable();
     distinct.dedup();
     let values: Vec<(Cube, T)> = distinct.par_iter().map(|&c| (c, value(c))).collect();
-    let table: HashMap<Cube, T> = values.into_iter().collect();
-    cubes.par_chunks(4096).flat_map_iter(|chunk| chunk.iter().map(|c| table[c])).collect()
+    let table: FxHashMap<Cube, T> = values.into_iter().collect();
+    let looked_up = |of_last: &mut Option<(Cube, T)>, &cube: &Cube| match of_last {
+        Some((last, value)) if *last == cube => *value,
+        _ => of_last.insert((cube, table[&cube])).1,
+    };
+    cubes.par_iter().with_min_len(4096).map_init(|| None, looked_up).collect()
 }
 
 /// Bin of a value: binary exponent and top mantissa bits.

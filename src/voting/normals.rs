@@ -56,16 +56,20 @@ fn seen_from(own: DVec3, opposed: &[u32], g: u32, normal: DVec3) -> DVec3 {
 
 /// Pairs of faces that traverse a common edge in the same direction.
 fn opposed_faces(mesh: &TileMesh) -> Option<Csr> {
-    let mut pairs: Vec<(u32, u32)> = edges(mesh, |v, uses, out| {
-        for (i, a) in uses.iter().enumerate().filter(|(_, a)| a.other > v) {
-            let same =
-                uses[i + 1..].iter().take_while(|b| b.other == a.other).filter(|b| b.outward == a.outward);
-            same.for_each(|b| out.extend([(a.face, b.face), (b.face, a.face)]));
-        }
-    });
-    if pairs.is_empty() {
+    // Almost always there is none, and that is seen much faster than which there are.
+    let vertices = (0..mesh.vertex_count() as u32).into_par_iter().with_min_len(CHUNK);
+    if !vertices.map_init(Vec::new, |scratch, v| mesh.is_opposed(v, scratch)).any(|opposed| opposed) {
         return None;
     }
+    let mut pairs: Vec<(u32, u32)> = edges(mesh, |_, uses, out| {
+        for (i, a) in uses.iter().enumerate() {
+            let same = uses[i + 1..]
+                .iter()
+                .take_while(|b| b.other() == a.other())
+                .filter(|b| b.outward() == a.outward());
+            same.for_each(|b| out.extend([(a.face(), b.face()), (b.face(), a.face())]));
+        }
+    });
     pairs.sort_unstable();
     pairs.dedup();
     let mut lengths = vec![0u32; mesh.face_count()];
@@ -73,15 +77,18 @@ fn opposed_faces(mesh: &TileMesh) -> Option<Csr> {
     Some(Csr::from_rows(lengths.into_iter(), pairs.into_iter().map(|(_, g)| g).collect()))
 }
 
-/// Runs `visit` over the edge uses of every vertex, in parallel, and joins what it pushes in vertex order.
+/// Vertices handled by one parallel task.
+const CHUNK: usize = 4096;
+
+/// Runs `visit` over the edges from every vertex to those above it, in parallel, and joins what it pushes in vertex order.
 pub(super) fn edges<T: Send>(mesh: &TileMesh, visit: impl Fn(u32, &[EdgeUse], &mut Vec<T>) + Sync) -> Vec<T> {
     let vertices: Vec<u32> = (0..mesh.vertex_count() as u32).collect();
     let parts: Vec<Vec<T>> = vertices
-        .par_chunks(4096)
+        .par_chunks(CHUNK)
         .map(|chunk| {
             let (mut uses, mut out) = (Vec::new(), Vec::new());
             for &v in chunk {
-                mesh.edge_uses(v, &mut uses);
+                mesh.edges_upwards(v, &mut uses);
                 visit(v, &uses, &mut out);
             }
             out
@@ -101,13 +108,13 @@ impl<'a> Noise<'a> {
     /// Collects the chords |n_f - n_g| over edges with two faces. An edge of a degenerate face has no chord.
     pub fn new(mesh: &TileMesh, faces: &FaceGeometry, lattice: &'a Lattice, region: &'a Region) -> Noise<'a> {
         let chords = edges(mesh, |v, uses, out| {
-            for edge in uses.chunk_by(|a, b| a.other == b.other).filter(|edge| edge[0].other > v) {
+            for edge in uses.chunk_by(|a, b| a.other() == b.other()) {
                 if let [a, b] = edge {
-                    let (f, g) = (a.face.min(b.face), a.face.max(b.face));
+                    let (f, g) = (a.face().min(b.face()), a.face().max(b.face()));
                     let (nf, ng) = (faces.normals[f as usize], faces.normals[g as usize]);
                     if faces.areas[f as usize] > 0.0 && faces.areas[g as usize] > 0.0 {
                         let d = nf - seen_from(nf, faces.opposed_to(f), g, ng);
-                        out.push((0.5 * (mesh.position(v) + mesh.position(edge[0].other)), d.dot(d).sqrt()));
+                        out.push((0.5 * (mesh.position(v) + mesh.position(a.other())), d.dot(d).sqrt()));
                     }
                 }
             }

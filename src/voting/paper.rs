@@ -81,10 +81,10 @@ fn from_vertex(mesh: &TileMesh, f: u32, v: u32) -> DVec3 {
 
 /// The faces that share an edge with each face.
 fn faces_across(mesh: &TileMesh) -> Csr {
-    let mut pairs: Vec<(u32, u32)> = edges(mesh, |v, uses, out| {
-        for edge in uses.chunk_by(|a, b| a.other == b.other).filter(|edge| edge[0].other > v) {
+    let mut pairs: Vec<(u32, u32)> = edges(mesh, |_, uses, out| {
+        for edge in uses.chunk_by(|a, b| a.other() == b.other()) {
             for a in edge {
-                out.extend(edge.iter().filter(|b| b.face != a.face).map(|b| (a.face, b.face)));
+                out.extend(edge.iter().filter(|b| b.face() != a.face()).map(|b| (a.face(), b.face())));
             }
         }
     });

@@ -10,7 +10,9 @@ use crease::partition::{
     Cell, Demand, Gap, Loaded, MOST_FACES, Plan, Reach, load, merge, noise_demand, round_demand, scan,
     vertex_demand,
 };
-use crease::refine::{Evidence, Fit, Fitter, Link, Linker, Support, average_along, contrast, ridges, smooth};
+use crease::refine::{
+    Evidence, Fit, Fitter, Link, Linker, Support, average_along, contrast, ridges, smooth, traceable,
+};
 use crease::voting::{
     FaceGeometry, Noise, Stop, Surroundings, Token, Vote, first_votes, refine, rounds, stops, surroundings,
     vote_again, votes, widen,
@@ -92,6 +94,7 @@ pub struct Steps {
     /// Votes at all scales.
     pub votes: Field<Vote>,
     pub positions: Field<DVec3>,
+    pub traced: Vec<u32>,
     pub contrast: Field<f64>,
     pub stops: Field<Stop>,
     pub support: Field<Support>,
@@ -118,7 +121,8 @@ impl Steps {
             surroundings(mesh, plan, &narrow, &demand.voted, vertex_rounds, demand.folded.all());
         let votes = widen(mesh, &narrow, &again, &surroundings, &demand.folded);
         let positions = smooth(mesh, scale, vertex_rounds, &demand.smoothed);
-        let contrast = contrast(mesh, scale, &votes, vertex_rounds, &demand.traced);
+        let traced = traceable(&votes, &surroundings, &demand.traced);
+        let contrast = contrast(mesh, scale, &votes, vertex_rounds, &traced);
         let stops = stops(mesh, &votes, &demand.traced);
         let evidence = Evidence {
             mesh,
@@ -166,6 +170,7 @@ impl Steps {
             surroundings,
             votes,
             positions,
+            traced,
             contrast,
             stops,
             support,
