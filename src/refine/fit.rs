@@ -78,14 +78,14 @@ pub fn slack(noise: f64) -> f64 {
 }
 
 /// Fits by one parallel task: enough for its memory to be worth its while.
-const FITS: usize = 256;
+const FITS: usize = 1024;
 
 impl Fitter<'_> {
     /// The fit at each vertex of `at`.
     pub fn fits(&self, at: &[u32]) -> Vec<Fit> {
         at.par_iter()
             .with_min_len(FITS)
-            .map_init(Scratch::default, |scratch, &v| self.fit(v, scratch))
+            .map_init(|| Scratch::new(self.mesh), |scratch, &v| self.fit(v, scratch))
             .collect()
     }
 

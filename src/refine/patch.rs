@@ -14,7 +14,6 @@ use crate::mesh::{Field, TileMesh};
 use crate::partition::Scale;
 use crate::voting::{FaceGeometry, Vote};
 use glam::DVec3;
-use rustc_hash::FxHashSet;
 
 /// Faces around a vertex count at least so much of those at it: some have barycentres beyond any radius.
 const LEAST_NEARNESS: f64 = 0.1;
@@ -41,15 +40,53 @@ pub(super) struct Patch {
 }
 
 /// Memory that is used again from vertex to vertex.
-#[derive(Default)]
 pub(super) struct Scratch {
     /// The patch of the last vertex.
     pub patch: Patch,
     /// For the planes through it.
     pub work: Work,
-    met: FxHashSet<u32>,
-    ball: Vec<u32>,
-    faces: Vec<(u32, bool)>,
+    ball: SparseSet,
+    faces: SparseSet,
+    /// Faces, twice; and one more if they are not around the vertex or its one-ring.
+    order: Vec<u32>,
+}
+
+impl Scratch {
+    /// For the patches of `mesh`.
+    pub fn new(mesh: &TileMesh) -> Scratch {
+        Scratch {
+            patch: Patch::default(),
+            work: Work::default(),
+            ball: SparseSet::new(mesh.vertex_count()),
+            faces: SparseSet::new(mesh.face_count()),
+            order: Vec::new(),
+        }
+    }
+}
+
+/// A set of numbers below a bound that inserts and forgets in constant time (Briggs and Torczon 1993): `place` says where a
+/// member is, and means nothing for others. Of its memory only those pages are ever there where members were.
+struct SparseSet {
+    place: Vec<u32>,
+    members: Vec<u32>,
+}
+
+impl SparseSet {
+    fn new(bound: usize) -> SparseSet {
+        SparseSet { place: vec![0; bound], members: Vec::new() }
+    }
+
+    /// Whether `x` was not in the set before.
+    #[inline]
+    fn insert(&mut self, x: u32) -> bool {
+        let place = &mut self.place[x as usize];
+        if self.members.get(*place as usize) == Some(&x) {
+            return false;
+        }
+        *place = self.members.len() as u32;
+        self.members.push(x);
+        true
+    }
 }
 
 /// Where patches are cut from.
@@ -72,19 +109,21 @@ impl Surface<'_> {
     /// The patch of radius `radius` (in kh) around `v`, as `scratch.patch`.
     pub fn patch(&self, v: u32, radius: f64, scratch: &mut Scratch) {
         let mesh = self.mesh;
-        let (origin, unit) = (mesh.position(v), self.scale.length(1.0));
-        self.gather(v, radius * unit, scratch);
-        let Scratch { patch, faces, .. } = scratch;
+        let (origin, per_unit) = (mesh.position(v), 1.0 / self.scale.length(1.0));
+        self.gather(v, radius * self.scale.length(1.0), scratch);
+        let Scratch { patch, order, .. } = scratch;
         patch.clear();
-        for &(f, near) in &*faces {
-            let area = self.faces.areas[f as usize] / (unit * unit);
+        let inverse2 = 1.0 / (radius * radius);
+        for &key in &*order {
+            let (f, near) = (key >> 1, key & 1 == 0);
+            let area = self.faces.areas[f as usize] * (per_unit * per_unit);
             if area > 0.0 {
                 let of_face = mesh.corners[f as usize];
-                let corners = of_face.map(|u| (mesh.position(u) - origin) / unit);
-                let centre = (corners[0] + corners[1] + corners[2]) / 3.0;
+                let corners = of_face.map(|u| (mesh.position(u) - origin) * per_unit);
+                let centre = (corners[0] + corners[1] + corners[2]) * (1.0 / 3.0);
                 let distance2 = centre.dot(centre);
                 let own = of_face.contains(&v);
-                let nearness = 1.0 - distance2 / (radius * radius);
+                let nearness = 1.0 - distance2 * inverse2;
                 let nearness = nearness.max(if own { LEAST_NEARNESS } else { 0.0 });
                 if nearness > 0.0 || near {
                     let mut spread = Sym3::default();
@@ -103,35 +142,35 @@ impl Surface<'_> {
         self.orient(v, patch);
     }
 
-    /// The faces around the vertices that one-ring steps inside `radius` (mesh units) lead to, ascending, and whether they
-    /// are around `v` or its one-ring.
+    /// The faces around the vertices that one-ring steps inside `radius` (mesh units) lead to, in ascending `order`.
     fn gather(&self, v: u32, radius: f64, scratch: &mut Scratch) {
-        let Scratch { met, ball, faces, .. } = scratch;
+        let Scratch { ball, faces, order, .. } = scratch;
         let origin = self.mesh.position(v);
-        met.clear();
-        ball.clear();
-        met.insert(v);
-        ball.push(v);
+        let radius2 = radius * radius;
+        ball.members.clear();
+        ball.insert(v);
         let (mut next, mut nearest) = (0, 1);
-        while next < ball.len() {
-            for &w in self.mesh.ring_of(ball[next]) {
+        while next < ball.members.len() {
+            for &w in self.mesh.ring_of(ball.members[next]) {
                 let e = self.mesh.position(w) - origin;
-                if e.dot(e) <= radius * radius && met.insert(w) {
-                    ball.push(w);
+                if e.dot(e) <= radius2 {
+                    ball.insert(w);
                 }
             }
             if next == 0 {
-                nearest = ball.len();
+                nearest = ball.members.len();
             }
             next += 1;
         }
-        met.clear();
-        faces.clear();
-        for (i, &u) in ball.iter().enumerate() {
-            let around = self.faces_around(u).iter().filter(|&&f| met.insert(f));
-            faces.extend(around.map(|&f| (f, i < nearest)));
+        faces.members.clear();
+        order.clear();
+        for (i, &u) in ball.members.iter().enumerate() {
+            let far = u32::from(i >= nearest);
+            let around = self.faces_around(u).iter().filter(|&&f| faces.insert(f));
+            // A tile has fewer than 2^31 faces.
+            order.extend(around.map(|&f| 2 * f + far));
         }
-        faces.sort_unstable();
+        order.sort_unstable();
     }
 
     /// Faces around `u`, whose refined normals must be known.
