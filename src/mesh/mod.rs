@@ -1,10 +1,12 @@
 //! What a mesh is to the rest of the program: id spaces, the mesh of one tile with its adjacency, and values on it.
 
+mod across;
 mod csr;
 mod field;
 mod ids;
 mod tile_mesh;
 
+pub use across::{Across, Beyond};
 pub use csr::Csr;
 pub use field::Field;
 pub use ids::{FaceId, TileId, VertexId};

@@ -6,7 +6,7 @@
 //!
 //! Invariant: for a complete vertex, the faces around it and its one-ring are those of the whole mesh.
 
-use super::{Csr, FaceId, VertexId};
+use super::{Across, Beyond, Csr, FaceId, VertexId};
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -25,6 +25,8 @@ pub struct TileMesh {
     pub faces_around: Csr,
     /// One-ring of each vertex, ascending.
     pub ring: Csr,
+    /// The faces beside each face.
+    pub across: Across,
     /// Whether everything around the vertex was loaded.
     pub complete: Vec<bool>,
     /// Faces that repeat the corners of a face of lower id, in any order and direction: they were left out. Their least
@@ -88,7 +90,18 @@ impl TileMesh {
             faces_around = Csr::invert(n, &corners);
         }
         let ring = one_rings(n, &corners, &faces_around);
-        TileMesh { vertex_ids, positions, face_ids, corners, faces_around, ring, complete, duplicates }
+        let across = Across::new(&corners, &faces_around);
+        TileMesh {
+            vertex_ids,
+            positions,
+            face_ids,
+            corners,
+            faces_around,
+            ring,
+            across,
+            complete,
+            duplicates,
+        }
     }
 
     /// Number of vertices.
@@ -134,6 +147,21 @@ impl TileMesh {
     pub fn barycentre(&self, f: u32) -> DVec3 {
         let [a, b, c] = self.corners[f as usize].map(|v| self.position(v));
         (a + b + c) / 3.0
+    }
+
+    /// Calls `visit` with each face that shares side `side` of `f`, ascending.
+    #[inline]
+    pub fn faces_beyond(&self, f: u32, side: usize, mut visit: impl FnMut(u32)) {
+        match self.across.beyond(f, side) {
+            Beyond::Nothing => (),
+            Beyond::One(g) => visit(g),
+            Beyond::Several => {
+                let corners = self.corners[f as usize];
+                let (a, b) = (corners[side], corners[(side + 1) % 3]);
+                let around = self.faces_around.row(a).iter();
+                around.filter(|&&g| g != f && self.corners[g as usize].contains(&b)).for_each(|&g| visit(g));
+            }
+        }
     }
 
     /// Fills `uses` with the edges at `v` to vertices of higher index, sorted by other end and then by face: the faces of an

@@ -5,7 +5,6 @@
 //!
 //! Pure functions of a tile mesh and its votes; they cannot tell whether the tile is one of a thousand or the only one.
 
-mod beside;
 mod contrast;
 mod fit;
 mod link;

@@ -7,10 +7,9 @@
 //! Patches are made for every vertex of a line, and most of the time of a run would go into their memory: all of it is
 //! used again for the next one ([`Scratch`]).
 
-use super::beside::Beside;
 use super::sides::Work;
 use crate::math::Sym3;
-use crate::mesh::{Field, TileMesh};
+use crate::mesh::{Beyond, Field, TileMesh};
 use crate::partition::Scale;
 use crate::voting::{FaceGeometry, Vote};
 use glam::DVec3;
@@ -21,22 +20,31 @@ const LEAST_NEARNESS: f64 = 0.1;
 /// Faces with an area near a vertex, by ascending id. Lengths in kh, relative to the vertex.
 #[derive(Default)]
 pub(super) struct Patch {
-    /// Barycentres.
-    pub centres: Vec<DVec3>,
+    /// The faces.
+    pub faces: Vec<PatchFace>,
+    /// For each face and each of its sides the face there, by place; the number of faces where there is none.
+    beside: Vec<[u32; 3]>,
+    /// Pairs of faces at edges with more than two, both ways, by the first.
+    crowded: Vec<(u32, u32)>,
+    /// Places of the faces around the vertex.
+    own: Vec<u32>,
+}
+
+/// A face of a patch.
+#[derive(Clone, Copy)]
+pub(super) struct PatchFace {
+    /// Barycentre.
+    pub centre: DVec3,
     /// Mean of p p^T over the three corners p.
-    pub spreads: Vec<Sym3>,
-    /// Refined unit normals.
-    pub normals: Vec<DVec3>,
+    pub spread: Sym3,
+    /// Refined unit normal.
+    pub normal: DVec3,
     /// Area times a weight that falls from 1 at the vertex to 0 at the radius.
-    pub weights: Vec<f64>,
+    pub weight: f64,
     /// Area over 1 + distance^2 for the faces around the vertex and its one-ring, 0 for the others.
-    pub near: Vec<f64>,
-    /// Whether the vertex is a corner of the face.
-    pub own: Vec<bool>,
-    /// Faces that share an edge.
-    pub beside: Beside,
-    /// Local indices of the faces.
-    ids: Vec<u32>,
+    pub near: f64,
+    /// Local index.
+    id: u32,
 }
 
 /// Memory that is used again from vertex to vertex.
@@ -87,6 +95,13 @@ impl SparseSet {
         self.members.push(x);
         true
     }
+
+    /// Where `x` is among the members.
+    #[inline]
+    fn place_of(&self, x: u32) -> Option<u32> {
+        let place = self.place[x as usize];
+        (self.members.get(place as usize) == Some(&x)).then_some(place)
+    }
 }
 
 /// Where patches are cut from.
@@ -111,34 +126,37 @@ impl Surface<'_> {
         let mesh = self.mesh;
         let (origin, per_unit) = (mesh.position(v), 1.0 / self.scale.length(1.0));
         self.gather(v, radius * self.scale.length(1.0), scratch);
-        let Scratch { patch, order, .. } = scratch;
-        patch.clear();
+        let Scratch { patch, order, faces, .. } = scratch;
+        patch.faces.clear();
+        patch.own.clear();
         let inverse2 = 1.0 / (radius * radius);
         for &key in &*order {
-            let (f, near) = (key >> 1, key & 1 == 0);
-            let area = self.faces.areas[f as usize] * (per_unit * per_unit);
-            if area > 0.0 {
-                let of_face = mesh.corners[f as usize];
-                let corners = of_face.map(|u| (mesh.position(u) - origin) * per_unit);
-                let centre = (corners[0] + corners[1] + corners[2]) * (1.0 / 3.0);
-                let distance2 = centre.dot(centre);
-                let own = of_face.contains(&v);
-                let nearness = 1.0 - distance2 * inverse2;
-                let nearness = nearness.max(if own { LEAST_NEARNESS } else { 0.0 });
-                if nearness > 0.0 || near {
-                    let mut spread = Sym3::default();
-                    corners.iter().for_each(|&p| spread.add(&Sym3::outer(p, 1.0 / 3.0)));
-                    patch.ids.push(f);
-                    patch.centres.push(centre);
-                    patch.spreads.push(spread);
-                    patch.normals.push(self.normals[f as usize]);
-                    patch.weights.push(area * nearness * nearness);
-                    patch.near.push(if near { area / (1.0 + distance2) } else { 0.0 });
-                    patch.own.push(own);
+            let (id, near) = (key >> 1, key & 1 == 0);
+            let area = self.faces.areas[id as usize] * (per_unit * per_unit);
+            let of_face = mesh.corners[id as usize];
+            let corners = of_face.map(|u| (mesh.position(u) - origin) * per_unit);
+            let centre = (corners[0] + corners[1] + corners[2]) * (1.0 / 3.0);
+            let distance2 = centre.dot(centre);
+            let own = of_face.contains(&v);
+            let nearness = 1.0 - distance2 * inverse2;
+            let nearness = nearness.max(if own { LEAST_NEARNESS } else { 0.0 });
+            if area > 0.0 && (nearness > 0.0 || near) {
+                let mut spread = Sym3::default();
+                corners.iter().for_each(|&p| spread.add(&Sym3::outer(p, 1.0 / 3.0)));
+                if own {
+                    patch.own.push(patch.faces.len() as u32);
                 }
+                patch.faces.push(PatchFace {
+                    centre,
+                    spread,
+                    normal: self.normals[id as usize],
+                    weight: area * nearness * nearness,
+                    near: if near { area / (1.0 + distance2) } else { 0.0 },
+                    id,
+                });
             }
         }
-        patch.beside.build(patch.ids.iter().map(|&f| mesh.corners[f as usize]));
+        patch.join(mesh, faces);
         self.orient(v, patch);
     }
 
@@ -182,84 +200,118 @@ impl Surface<'_> {
 
     /// Turns the normals to the side of the vertex normal where windings disagree, face by face over edges.
     fn orient(&self, v: u32, patch: &mut Patch) {
-        let Patch { ids, beside, own, normals, .. } = patch;
-        if self.faces.opposed.is_none() || ids.iter().all(|&f| self.faces.opposed_to(f).is_empty()) {
+        let opposed_to = |i: u32, patch: &Patch| self.faces.opposed_to(patch.faces[i as usize].id);
+        let all = 0..patch.faces.len() as u32;
+        if self.faces.opposed.is_none() || all.clone().all(|i| opposed_to(i, patch).is_empty()) {
             return;
         }
         let vote = self.votes.get(v);
         let up = vote.t.cross(vote.b);
-        let mut todo: Vec<u32> = (0..ids.len() as u32).filter(|&i| own[i as usize]).collect();
-        let mut turned: Vec<Option<bool>> = vec![None; ids.len()];
-        todo.iter().for_each(|&i| turned[i as usize] = Some(normals[i as usize].dot(up) < 0.0));
+        let mut todo = patch.own.clone();
+        let mut turned: Vec<Option<bool>> = vec![None; patch.faces.len()];
+        todo.iter().for_each(|&i| turned[i as usize] = Some(patch.faces[i as usize].normal.dot(up) < 0.0));
         let mut next = 0;
         while next < todo.len() {
             let i = todo[next];
             next += 1;
-            let opposed = self.faces.opposed_to(ids[i as usize]);
-            for &j in beside.of(i) {
+            let opposed = opposed_to(i, patch);
+            patch.beside(i, |j| {
                 if turned[j as usize].is_none() {
-                    let other = opposed.contains(&ids[j as usize]);
+                    let other = opposed.contains(&patch.faces[j as usize].id);
                     turned[j as usize] = turned[i as usize].map(|t| t != other);
                     todo.push(j);
                 }
-            }
+            });
         }
-        for (normal, turned) in normals.iter_mut().zip(turned) {
+        for (face, turned) in patch.faces.iter_mut().zip(turned) {
             if turned == Some(true) {
-                *normal = -*normal;
+                face.normal = -face.normal;
             }
         }
     }
 }
 
 impl Patch {
-    /// Number of faces.
-    pub fn len(&self) -> usize {
-        self.weights.len()
-    }
-
-    fn clear(&mut self) {
-        let Patch { centres, spreads, normals, weights, near, own, ids, .. } = self;
-        centres.clear();
-        spreads.clear();
-        normals.clear();
-        weights.clear();
-        near.clear();
-        own.clear();
-        ids.clear();
-    }
-
-    /// The faces of positive weight that are connected over edges to those around the vertex or, if it has none, to those
-    /// around its one-ring; ascending.
-    pub fn connected(&self, weights: &[f64], found: &mut Connected) {
-        let Connected { faces, inside, todo } = found;
-        inside.clear();
-        inside.resize(self.len(), false);
-        todo.clear();
-        todo.extend((0..self.len() as u32).filter(|&i| weights[i as usize] > 0.0 && self.own[i as usize]));
-        if todo.is_empty() {
-            let near = |&i: &u32| weights[i as usize] > 0.0 && self.near[i as usize] > 0.0;
-            todo.extend((0..self.len() as u32).filter(near));
-        }
-        todo.iter().for_each(|&i| inside[i as usize] = true);
-        while let Some(i) = todo.pop() {
-            for &j in self.beside.of(i) {
-                if weights[j as usize] > 0.0 && !inside[j as usize] {
-                    inside[j as usize] = true;
-                    todo.push(j);
+    /// Finds the faces that share edges; `places` is used for that.
+    fn join(&mut self, mesh: &TileMesh, places: &mut SparseSet) {
+        let Patch { faces, beside, crowded, .. } = self;
+        places.members.clear();
+        faces.iter().for_each(|face| _ = places.insert(face.id));
+        let nobody = faces.len() as u32;
+        beside.clear();
+        crowded.clear();
+        for (i, face) in faces.iter().enumerate() {
+            beside.push([0, 1, 2].map(|side| match mesh.across.beyond(face.id, side) {
+                Beyond::Nothing => nobody,
+                Beyond::One(g) => places.place_of(g).unwrap_or(nobody),
+                Beyond::Several => {
+                    mesh.faces_beyond(face.id, side, |g| {
+                        crowded.extend(places.place_of(g).map(|j| (i as u32, j)));
+                    });
+                    nobody
                 }
+            }));
+        }
+    }
+
+    /// Calls `visit` with each face that shares an edge with face `i`.
+    #[inline]
+    fn beside(&self, i: u32, mut visit: impl FnMut(u32)) {
+        let nobody = self.faces.len() as u32;
+        self.beside[i as usize].iter().filter(|&&j| j != nobody).for_each(|&j| visit(j));
+        let first = self.crowded.partition_point(|pair| pair.0 < i);
+        self.crowded[first..].iter().take_while(|pair| pair.0 == i).for_each(|pair| visit(pair.1));
+    }
+
+    /// Weighs all faces, and finds those of positive weight that are connected over edges to those around the vertex or, if
+    /// it has none, to those around its one-ring.
+    pub fn connected(&self, weight: impl Fn(usize, &PatchFace) -> f64, found: &mut Connected) {
+        let Connected { weights, faces, open, .. } = found;
+        weights.clear();
+        weights.extend(self.faces.iter().enumerate().map(|(i, face)| weight(i, face)));
+        open.clear();
+        open.extend(weights.iter().map(|&weight| u8::from(weight > 0.0)));
+        // Nobody's place.
+        open.push(0);
+        // Every face comes in once, and behind the last there is room for what may not come in.
+        faces.clear();
+        faces.resize(self.faces.len() + 1, 0);
+        let mut count = 0;
+        let mut meet = |j: u32, open: &mut [u8], faces: &mut [u32]| {
+            // Without a branch: which way it goes cannot be guessed.
+            faces[count] = j;
+            count += usize::from(std::mem::take(&mut open[j as usize]));
+            count
+        };
+        let mut end = 0;
+        self.own.iter().for_each(|&i| end = meet(i, open, faces));
+        if end == 0 {
+            let near = (0..).zip(&self.faces).filter(|(_, face)| face.near > 0.0);
+            near.for_each(|(i, _)| end = meet(i, open, faces));
+        }
+        let mut next = 0;
+        while next < end {
+            let i = faces[next];
+            next += 1;
+            for j in self.beside[i as usize] {
+                end = meet(j, open, faces);
+            }
+            if !self.crowded.is_empty() {
+                self.beside(i, |j| end = meet(j, open, faces));
             }
         }
-        faces.clear();
-        faces.extend((0..self.len() as u32).filter(|&i| inside[i as usize]));
+        faces.truncate(end);
     }
 }
 
 /// Connected faces, and what is needed to find them.
 #[derive(Default)]
 pub(super) struct Connected {
-    /// Ascending places in the patch.
+    /// The weight of each face of the patch.
+    pub weights: Vec<f64>,
+    /// Places of the connected faces in the patch, as steps over edges lead to them. That order is one of ids and corners,
+    /// and so the same in every tile.
     pub faces: Vec<u32>,
-    inside: Vec<bool>,
-    todo: Vec<u32>,
+    /// 1 for a face of positive weight that was not met yet.
+    open: Vec<u8>,
 }

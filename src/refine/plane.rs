@@ -4,7 +4,7 @@
 //! to positions, and refined normals say only which faces belong to it, and which way it tilts where positions are too few
 //! to tell.
 
-use super::patch::Patch;
+use super::patch::{Connected, Patch};
 use crate::config::method;
 use crate::math::{Sym3, unit};
 use glam::DVec3;
@@ -27,23 +27,24 @@ pub(super) fn agreement(a: DVec3, b: DVec3) -> f64 {
     t * t
 }
 
-/// The weighted mean of the normals of `faces`, of unit length.
-pub(super) fn mean_normal(patch: &Patch, faces: &[u32], weights: &[f64]) -> DVec3 {
-    unit(faces.iter().fold(DVec3::ZERO, |sum, &i| sum + patch.normals[i as usize] * weights[i as usize]))
+/// The weighted mean of the normals of connected faces, of unit length.
+pub(super) fn mean_normal(patch: &Patch, connected: &Connected) -> DVec3 {
+    let weighted = |&i: &u32| patch.faces[i as usize].normal * connected.weights[i as usize];
+    unit(connected.faces.iter().map(weighted).fold(DVec3::ZERO, |sum, n| sum + n))
 }
 
-/// The plane through the corners of `faces` (not empty), written as heights over the plane of `normal`:
+/// The plane through the corners of connected faces (at least one), written as heights over the plane of `normal`:
 /// z = a + b x + c y. What is summed are moments in the axes of the mesh, as the patch has them; only the sums are turned
 /// into the frame of the normal.
-pub(super) fn fit_plane(patch: &Patch, faces: &[u32], weights: &[f64], normal: DVec3) -> Plane {
+pub(super) fn fit_plane(patch: &Patch, connected: &Connected, normal: DVec3) -> Plane {
     let (mut total, mut squares) = (0.0, 0.0);
     let (mut first, mut second) = (DVec3::ZERO, Sym3::default());
-    for &i in faces {
-        let face = weights[i as usize];
-        total += face;
-        squares += face * face;
-        first += patch.centres[i as usize] * face;
-        second.add(&patch.spreads[i as usize].scaled(face));
+    for &i in &connected.faces {
+        let (face, weight) = (&patch.faces[i as usize], connected.weights[i as usize]);
+        total += weight;
+        squares += weight * weight;
+        first += face.centre * weight;
+        second.add(&face.spread.scaled(weight));
     }
     let [x, y] = frame(normal);
     let (sx, sy, sz) = (second.times(x), second.times(y), second.times(normal));

@@ -5,18 +5,17 @@
 //! that there is no threshold between the two. A side is what is connected: across the next crease a step of a stair may
 //! be parallel to this one, but it is not reached.
 
-use super::patch::{Connected, Patch};
+use super::patch::{Connected, Patch, PatchFace};
 use super::plane::{Plane, agreement, fit_plane, mean_normal};
 use crate::config::method;
 use crate::math::{Quadric, unit};
 use glam::DVec3;
 
-/// Memory for weights and connected faces, used again from vertex to vertex.
+/// Memory that is used again from vertex to vertex.
 #[derive(Default)]
 pub(super) struct Work {
     /// Distance of each face across the line.
     places: Vec<f64>,
-    weights: Vec<f64>,
     connected: Connected,
 }
 
@@ -24,7 +23,7 @@ pub(super) struct Work {
 /// the vertex may lie from the line.
 pub(super) fn two_sides(patch: &Patch, b: DVec3, slack: f64, work: &mut Work) -> Option<[Plane; 2]> {
     work.places.clear();
-    work.places.extend(patch.centres.iter().map(|centre| centre.dot(b)));
+    work.places.extend(patch.faces.iter().map(|face| face.centre.dot(b)));
     let mut normals = split(patch, &work.places)?;
     let mut shift = 0.0;
     let mut planes = None;
@@ -32,21 +31,20 @@ pub(super) fn two_sides(patch: &Patch, b: DVec3, slack: f64, work: &mut Work) ->
         let between = normals[0] - normals[1];
         let mut found = [Plane { normal: DVec3::ZERO, offset: 0.0, variance: 1.0 }; 2];
         for (plane, (sign, normal)) in found.iter_mut().zip([1.0, -1.0].into_iter().zip(normals)) {
-            let Work { places, weights, connected } = &mut *work;
-            weights.clear();
-            weights.extend((0..patch.len()).map(|i| {
-                let across = coordinate(places[i], patch.normals[i], between) - shift / method::FIT_RAMP;
+            let Work { places, connected } = &mut *work;
+            let weight = |i: usize, face: &PatchFace| {
+                let across = coordinate(places[i], face.normal, between) - shift / method::FIT_RAMP;
                 let share = (sign * across).clamp(0.0, 1.0);
-                patch.weights[i] * agreement(patch.normals[i], normal) * share
-            }));
-            patch.connected(weights, connected);
+                face.weight * agreement(face.normal, normal) * share
+            };
+            patch.connected(weight, connected);
             if connected.faces.is_empty() {
                 return None;
             }
             if round == 0 {
-                plane.normal = mean_normal(patch, &connected.faces, weights);
+                plane.normal = mean_normal(patch, connected);
             } else {
-                *plane = fit_plane(patch, &connected.faces, weights, normal);
+                *plane = fit_plane(patch, connected, normal);
             }
         }
         normals = found.map(|plane| plane.normal);
@@ -71,9 +69,9 @@ fn split(patch: &Patch, places: &[f64]) -> Option<[DVec3; 2]> {
     for _ in 0..method::SPLIT_ROUNDS {
         let between = normals[0] - normals[1];
         let mut sums = [DVec3::ZERO; 2];
-        for i in (0..patch.len()).filter(|&i| patch.near[i] > 0.0) {
-            let across = coordinate(places[i], patch.normals[i], between).clamp(-1.0, 1.0);
-            sums[usize::from(across < 0.0)] += patch.normals[i] * (patch.near[i] * across.abs());
+        for (face, &place) in patch.faces.iter().zip(places).filter(|(face, _)| face.near > 0.0) {
+            let across = coordinate(place, face.normal, between).clamp(-1.0, 1.0);
+            sums[usize::from(across < 0.0)] += face.normal * (face.near * across.abs());
         }
         if sums.contains(&DVec3::ZERO) {
             return None;
@@ -91,8 +89,8 @@ pub(super) fn further_planes(
     close: f64,
     work: &mut Work,
 ) -> Vec<Plane> {
-    let Work { weights, connected, .. } = work;
-    let total: f64 = patch.near.iter().sum();
+    let Work { connected, .. } = work;
+    let total: f64 = patch.faces.iter().map(|face| face.near).sum();
     let mut planes = Vec::new();
     for _ in 0..method::MORE_PLANES {
         let Some((mut normal, share)) = densest(patch, normals) else { break };
@@ -101,16 +99,14 @@ pub(super) fn further_planes(
         }
         let mut found = None;
         for round in 0..3 {
-            weights.clear();
-            weights.extend((0..patch.len()).map(|i| patch.weights[i] * agreement(patch.normals[i], normal)));
-            patch.connected(weights, connected);
+            patch.connected(|_, face| face.weight * agreement(face.normal, normal), connected);
             if connected.faces.is_empty() {
                 break;
             }
             if round < 2 {
-                normal = mean_normal(patch, &connected.faces, weights);
+                normal = mean_normal(patch, connected);
             } else {
-                found = Some(fit_plane(patch, &connected.faces, weights, normal));
+                found = Some(fit_plane(patch, connected, normal));
             }
         }
         normals.push(found.map_or(normal, |plane| plane.normal));
@@ -128,12 +124,11 @@ pub(super) fn further_planes(
 /// The normal of a face near the vertex that agrees with none of `normals` and has the most faces near the vertex agree
 /// with it; and how many these are, by weight.
 fn densest(patch: &Patch, normals: &[DVec3]) -> Option<(DVec3, f64)> {
-    let near: Vec<usize> = (0..patch.len()).filter(|&i| patch.near[i] > 0.0).collect();
+    let near = || patch.faces.iter().filter(|face| face.near > 0.0);
     let mut best: Option<(DVec3, f64)> = None;
-    for &i in &near {
-        let own = patch.normals[i];
+    for own in near().map(|face| face.normal) {
         if normals.iter().all(|&n| agreement(own, n) == 0.0) {
-            let share = near.iter().map(|&j| patch.near[j] * agreement(patch.normals[j], own)).sum();
+            let share = near().map(|face| face.near * agreement(face.normal, own)).sum();
             if best.is_none_or(|(_, most)| share > most) {
                 best = Some((own, share));
             }

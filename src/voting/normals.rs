@@ -8,7 +8,7 @@
 use super::levels::{Levels, each_distinct};
 use crate::config::method;
 use crate::math::{DEGREE, unit};
-use crate::mesh::{Csr, EdgeUse, TileMesh};
+use crate::mesh::{Beyond, Csr, EdgeUse, TileMesh};
 use crate::partition::{Cube, Lattice, Region, Scale};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -105,21 +105,25 @@ pub struct Noise<'a> {
 }
 
 impl<'a> Noise<'a> {
-    /// Collects the chords |n_f - n_g| over edges with two faces. An edge of a degenerate face has no chord.
+    /// Collects the chords |n_f - n_g| over edges with two faces, at the middles of the edges. An edge of a degenerate face
+    /// has no chord.
     pub fn new(mesh: &TileMesh, faces: &FaceGeometry, lattice: &'a Lattice, region: &'a Region) -> Noise<'a> {
-        let chords = edges(mesh, |v, uses, out| {
-            for edge in uses.chunk_by(|a, b| a.other() == b.other()) {
-                if let [a, b] = edge {
-                    let (f, g) = (a.face().min(b.face()), a.face().max(b.face()));
-                    let (nf, ng) = (faces.normals[f as usize], faces.normals[g as usize]);
-                    if faces.areas[f as usize] > 0.0 && faces.areas[g as usize] > 0.0 {
-                        let d = nf - seen_from(nf, faces.opposed_to(f), g, ng);
-                        out.push((0.5 * (mesh.position(v) + mesh.position(a.other())), d.dot(d).sqrt()));
-                    }
-                }
+        let all: Vec<u32> = (0..mesh.face_count() as u32).collect();
+        let chord = |f: u32, side: usize| match mesh.across.beyond(f, side) {
+            Beyond::One(g) if g > f && faces.areas[f as usize] > 0.0 && faces.areas[g as usize] > 0.0 => {
+                let (nf, ng) = (faces.normals[f as usize], faces.normals[g as usize]);
+                let corners = mesh.corners[f as usize];
+                let (a, b) = (corners[side], corners[(side + 1) % 3]);
+                let d = nf - seen_from(nf, faces.opposed_to(f), g, ng);
+                Some((0.5 * (mesh.position(a) + mesh.position(b)), d.dot(d).sqrt()))
             }
-        });
-        Noise { levels: Levels::new(lattice, chords.into_iter()), lattice, region }
+            _ => None,
+        };
+        let of_chunk = |chunk: &[u32]| -> Vec<(DVec3, f64)> {
+            chunk.iter().flat_map(|&f| (0..3).filter_map(move |side| chord(f, side))).collect()
+        };
+        let chords: Vec<Vec<(DVec3, f64)>> = all.par_chunks(CHUNK).map(of_chunk).collect();
+        Noise { levels: Levels::new(lattice, chords.into_iter().flatten()), lattice, region }
     }
 
     /// s0 at each position, `None` where the region does not hold all that it depends on.
