@@ -109,9 +109,10 @@ fn vote(tile: &Certified, plan: &Plan) -> Tensors {
     let normals = refine(mesh, faces, &plan.scale, &tile.noise, &tile.needed);
     let tokens = first_votes(mesh, faces, &normals, &plan.scale, &demand.voted);
     let again = vote_again(mesh, &tokens, &plan.scale, &demand.voted);
-    let narrow = votes(mesh, &tokens, &again, &demand.voted);
-    let surroundings = surroundings(mesh, plan, &narrow, &demand.voted, vertex_rounds, demand.folded.all());
-    let votes = widen(mesh, &narrow, &again, &surroundings, &demand.folded);
+    let mut votes = votes(mesh, &tokens, &again, &demand.voted);
+    drop(tokens);
+    let surroundings = surroundings(mesh, plan, &votes, &demand.voted, vertex_rounds, demand.folded.all());
+    widen(mesh, &mut votes, again, &surroundings, &demand.folded);
     let known = Field::compute(mesh.vertex_count(), demand.voted.within(0), |_| true);
     Tensors { refined: Refined { normals, known }, votes, surroundings }
 }

@@ -137,17 +137,17 @@ pub fn votes(mesh: &TileMesh, tokens: &Field<Token>, again: &Field<Sym3>, voted:
 }
 
 /// Lets the tensors of calm vertices vote further, each as often as its surroundings ask for, and takes what they show as a
-/// third scale of theta. `folded` holds a ring for each vote.
+/// third scale of theta. `folded` holds a ring for each vote, and is where votes are known afterwards.
 pub fn widen(
     mesh: &TileMesh,
-    votes: &Field<Vote>,
-    again: &Field<Sym3>,
+    votes: &mut Field<Vote>,
+    again: Field<Sym3>,
     surroundings: &Field<Surroundings>,
     folded: &Rings,
-) -> Field<Vote> {
+) {
     let n = mesh.vertex_count();
     let rounds = folded.rings();
-    let mut tensors = Field::compute(n, folded.all(), |v| again.get(v));
+    let mut tensors = again;
     for round in 1..=rounds {
         tensors = Field::compute(n, folded.within(rounds - round), |v| {
             let own = tensors.get(v);
@@ -162,14 +162,13 @@ pub fn widen(
             sum.scaled(1.0 / 8.0)
         });
     }
-    Field::compute(n, folded.within(0), |v| {
-        let vote = votes.get(v);
-        if surroundings.get(v).further == 0 {
-            return vote;
-        }
+    let asked = |v: &u32| surroundings.get(*v).further > 0;
+    let calm: Vec<u32> = folded.within(0).iter().copied().filter(asked).collect();
+    votes.restrict(folded.within(0));
+    votes.revise(&calm, |vote, v| {
         let widest = half_fold(normalised(tensors.get(v).eigen().values)[1]);
         Vote { theta: (vote.near() + vote.far + widest) * (2.0 / 3.0), ..vote }
-    })
+    });
 }
 
 /// Eigenvalues divided by the largest. Rounding may leave a zero slightly negative.

@@ -116,10 +116,11 @@ impl Steps {
         let normals = refine(mesh, &tile.faces, &plan.scale, &tile.noise, &tile.needed);
         let tokens = first_votes(mesh, &tile.faces, &normals, scale, &demand.voted);
         let again = vote_again(mesh, &tokens, scale, &demand.voted);
-        let narrow = votes(mesh, &tokens, &again, &demand.voted);
+        let mut votes = votes(mesh, &tokens, &again, &demand.voted);
         let surroundings =
-            surroundings(mesh, plan, &narrow, &demand.voted, vertex_rounds, demand.folded.all());
-        let votes = widen(mesh, &narrow, &again, &surroundings, &demand.folded);
+            surroundings(mesh, plan, &votes, &demand.voted, vertex_rounds, demand.folded.all());
+        let narrow = votes.clone();
+        widen(mesh, &mut votes, again.clone(), &surroundings, &demand.folded);
         let positions = smooth(mesh, scale, vertex_rounds, &demand.smoothed);
         let traced = traceable(&votes, &surroundings, &demand.traced);
         let contrast = contrast(mesh, scale, &votes, vertex_rounds, &traced);
