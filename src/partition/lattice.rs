@@ -25,10 +25,15 @@ impl Lattice {
     /// The cube that contains `p`. Monotone in each coordinate.
     #[inline]
     pub fn cube_of(&self, p: DVec3) -> Cube {
-        let q = ((p - self.origin) / self.edge).floor();
+        let q = (p - self.origin) / self.edge;
         // `as` would saturate too, but not at a value that arithmetic on indices can live with. A lattice without
         // extent (edge 0, all points equal) divides zero by zero; NaN becomes cube 0.
-        [q.x, q.y, q.z].map(|x| x.clamp(-FARTHEST, FARTHEST) as i64)
+        q.to_array().map(|x| {
+            let x = x.clamp(-FARTHEST, FARTHEST);
+            // The largest integer that is not larger; the function for that is a call on older processors.
+            let towards_zero = x as i64;
+            towards_zero - i64::from(towards_zero as f64 > x)
+        })
     }
 }
 
