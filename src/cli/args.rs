@@ -225,7 +225,7 @@ pub(super) struct WorkArgs {
     #[arg(long, value_name = "N", help_heading = HOW, value_parser = clap::value_parser!(u64).range(1..))]
     tile_faces: Option<u64>,
 
-    /// Work on the whole mesh at once: fastest if it fits into memory (about 400 bytes for each face).
+    /// Work on the whole mesh at once: fastest if it fits into memory (about 350 bytes for each face).
     #[arg(long, help_heading = HOW, conflicts_with = "tile_faces")]
     in_core: bool,
 

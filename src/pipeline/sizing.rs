@@ -9,9 +9,9 @@
 use crate::config::{DEFAULT_TILE_FACES, Tiling};
 use crate::partition::{Cell, MOST_FACES, Plan, Scan};
 
-/// Bytes allocated for each loaded face when a tile needs most: while votes are repeated, all tensors and two sets of
-/// votes exist. Measured: 355 to 365, on scans, on CAD meshes and on slivers.
-const FACE_BYTES: u64 = 380;
+/// Bytes allocated for each loaded face when a tile needs most: when tensors become votes, both exist. Measured: 285 to 305
+/// on scans and slivers, 315 to 345 if the fields of all vertices are asked for.
+const FACE_BYTES: u64 = 350;
 /// What a tile needs however small it is: buffers of blocks for each thread.
 const TILE_BYTES: u64 = 1 << 20;
 /// Tiles that may exist at a time: one is loaded, two are worked on.
