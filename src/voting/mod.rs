@@ -5,6 +5,7 @@
 
 mod classify;
 mod levels;
+mod near;
 mod normals;
 mod paper;
 mod tensor;

@@ -6,6 +6,7 @@
 //! its noise asks for.
 
 use super::levels::{Levels, each_distinct};
+use super::near::Near;
 use crate::config::method;
 use crate::math::{DEGREE, unit};
 use crate::mesh::{Beyond, Csr, EdgeUse, TileMesh};
@@ -149,27 +150,53 @@ pub fn refine(
     s0: &[Option<f64>],
     needed: &[u32],
 ) -> Vec<DVec3> {
-    let mut normals = faces.normals.clone();
-    let mut active: Vec<u32> = (0..mesh.face_count() as u32).filter(|&f| needed[f as usize] > 0).collect();
+    let near = Near::new(mesh);
+    let in_order = 0..mesh.face_count() as u32;
+    let mut voters: Vec<Voter> = in_order
+        .clone()
+        .map(|f| near.in_tile(f) as usize)
+        .map(|f| Voter { normal: faces.normals[f], area: faces.areas[f] })
+        .collect();
+    let turn = |f: u32| {
+        let old = near.in_tile(f) as usize;
+        Turn { face: f, rounds: needed[old], s0: s0[old].unwrap_or(0.0) }
+    };
+    let mut turns: Vec<Turn> = in_order.map(turn).filter(|turn| turn.rounds > 0).collect();
     let mut round = 0;
-    while !active.is_empty() {
-        let next: Vec<DVec3> = active
+    while !turns.is_empty() {
+        let next: Vec<DVec3> = turns
             .par_iter()
             .with_min_len(256)
-            .map(|&f| {
+            .map(|turn| {
+                let old = near.in_tile(turn.face);
                 debug_assert!(
-                    neighbours_are_ready(mesh, scale, s0, needed, f, round),
-                    "round {round} at face {f}: a neighbour lies outside what the halo covers"
+                    neighbours_are_ready(mesh, scale, s0, needed, old, round),
+                    "round {round} at face {old}: a neighbour lies outside what the halo covers"
                 );
-                let width = range_width(s0[f as usize].unwrap_or(0.0), round);
-                vote_on_normal(mesh, faces, &normals, f, width)
+                let opposed = faces.opposed_to(old);
+                vote_on_normal(&near, &voters, opposed, turn.face, range_width(turn.s0, round))
             })
             .collect();
-        active.iter().zip(next).for_each(|(&f, n)| normals[f as usize] = n);
+        turns.iter().zip(next).for_each(|(turn, n)| voters[turn.face as usize].normal = n);
         round += 1;
-        active.retain(|&f| needed[f as usize] > round);
+        turns.retain(|turn| turn.rounds > round);
     }
-    normals
+    near.back(voters.into_iter().map(|voter| voter.normal).collect())
+}
+
+/// A face as its neighbours see it: what a round reads of it lies together.
+#[derive(Clone, Copy)]
+struct Voter {
+    normal: DVec3,
+    area: f64,
+}
+
+/// A face that takes part in a round.
+struct Turn {
+    face: u32,
+    /// Rounds that it takes part in.
+    rounds: u32,
+    s0: f64,
 }
 
 /// Whether all faces around `f` have done the rounds before `round` that they take part in: the halo is wide enough.
@@ -201,18 +228,23 @@ fn range_width(s0: f64, round: u32) -> f64 {
 }
 
 /// The new normal of `f`: the faces around its corners vote with their area and with how well they agree. A face that
-/// shares two corners votes twice, `f` itself three times.
-fn vote_on_normal(mesh: &TileMesh, faces: &FaceGeometry, normals: &[DVec3], f: u32, width: f64) -> DVec3 {
-    let (own, opposed) = (normals[f as usize], faces.opposed_to(f));
+/// shares two corners votes twice, `f` itself three times. `opposed` are numbers of the tile.
+fn vote_on_normal(near: &Near, voters: &[Voter], opposed: &[u32], f: u32, width: f64) -> DVec3 {
+    let own = voters[f as usize].normal;
     let inverse = 1.0 / (width * width);
     let mut sum = DVec3::ZERO;
-    for v in mesh.corners[f as usize] {
-        for &g in mesh.faces_of(v) {
-            let normal = seen_from(own, opposed, g, normals[g as usize]);
+    for around in near.around(f) {
+        for &g in around {
+            let voter = voters[g as usize];
+            // Where windings agree, which is almost everywhere, nobody is turned.
+            let normal = match opposed {
+                [] => voter.normal,
+                _ => seen_from(own, opposed, near.in_tile(g), voter.normal),
+            };
             let d = own - normal;
             let t = 1.0 - d.dot(d) * inverse;
             if t > 0.0 {
-                sum += normal * (t * t * faces.areas[g as usize]);
+                sum += normal * (t * t * voter.area);
             }
         }
     }
