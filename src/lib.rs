@@ -69,6 +69,7 @@ pub mod refine;
 pub mod spill;
 pub mod stitch;
 pub mod voting;
+pub mod workspace;
 
 #[doc(hidden)]
 pub mod cli;
