@@ -137,7 +137,8 @@ pub(super) struct DetectArgs {
     #[arg(long, help_heading = OUTPUT)]
     pub force: bool,
 
-    /// Leave the workspace when the outputs are there: the same command writes them again without doing the work again.
+    /// Leave the workspace when the outputs are there: with --force, or other names, the same command writes them again without
+    /// doing the work again.
     #[arg(long, help_heading = HOW)]
     pub keep_workspace: bool,
 

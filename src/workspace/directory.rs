@@ -270,6 +270,17 @@ impl Workspace {
         names.iter().any(|name| name == output.as_os_str().as_encoded_bytes())
     }
 
+    /// Forgets the outputs: they are all there, and nobody may replace them unasked.
+    ///
+    /// # Errors
+    /// If the system refuses.
+    pub fn conclude(&self) -> Result<(), WorkspaceError> {
+        match self.lock().marker {
+            Some(_) => remove_file(&self.file(OUTPUTS)),
+            None => Ok(()),
+        }
+    }
+
     /// Whether there is something that another run could go on with.
     pub fn is_worth_keeping(&self) -> bool {
         let state = self.lock();

@@ -23,6 +23,9 @@ mod job;
 mod log;
 mod marker;
 
+#[cfg(test)]
+mod tests;
+
 pub use directory::{Workspace, clean};
 pub use error::WorkspaceError;
 pub use job::{FileMark, Identity, InputMark, JobRecord, MeshRecord};

@@ -55,9 +55,8 @@ pub(in crate::cli) fn detect(
         }
     };
     interrupts.claim_end();
-    if !args.keep_workspace
-        && let Err(error) = workspace.remove()
-    {
+    let concluded = if args.keep_workspace { workspace.conclude() } else { workspace.remove() };
+    if let Err(error) = concluded {
         tracing::warn!("{error}");
     }
 
