@@ -15,11 +15,6 @@ pub(super) fn default_output(input: &Path) -> PathBuf {
     PathBuf::from(name)
 }
 
-/// The directory for the work on `output` if none is given: beside it.
-pub(super) fn default_workspace(output: &Path) -> PathBuf {
-    output.with_extension("crease-work")
-}
-
 /// Checks all outputs of a run over `input`. `may_replace` tells which may be replaced if they exist.
 ///
 /// # Errors

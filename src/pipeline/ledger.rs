@@ -60,7 +60,13 @@ impl Ledger {
     }
 
     /// Keeps a result of `cell`; `whole` if it is the last.
-    pub fn keep(&mut self, pass: Pass, cell: TileId, whole: bool, result: &impl Serialize) -> Result<(), Error> {
+    pub fn keep(
+        &mut self,
+        pass: Pass,
+        cell: TileId,
+        whole: bool,
+        result: &impl Serialize,
+    ) -> Result<(), Error> {
         let Some(workspace) = &self.workspace else { return Ok(()) };
         let pieces = self.pieces.entry((number(pass), cell.0)).or_insert(0);
         let label = Label { pass: number(pass), cell: cell.0, session: 0, piece: *pieces, last: whole };

@@ -109,7 +109,9 @@ impl BlockReader {
     pub fn keep(&mut self, path: &Path) -> Result<(), SpillError> {
         match &self.handle {
             Some(handle) => self.file.keep(handle, path),
-            None => Err(SpillError::Corrupt { path: path.to_owned(), offset: 0, reason: "the file is empty" }),
+            None => {
+                Err(SpillError::Corrupt { path: path.to_owned(), offset: 0, reason: "the file is empty" })
+            }
         }
     }
 

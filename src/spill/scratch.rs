@@ -149,7 +149,9 @@ mod tests {
     fn what_was_left_behind_goes_and_nothing_else() {
         let parent = tempfile::tempdir().expect("a temporary directory");
         let at = |name: &str| parent.path().join(name);
-        for name in ["crease-scratch-7-0", "crease-scratch-7", "crease-scratch-7-x", "other", "crease-scratch-8-1"] {
+        for name in
+            ["crease-scratch-7-0", "crease-scratch-7", "crease-scratch-7-x", "other", "crease-scratch-8-1"]
+        {
             fs::create_dir(at(name)).expect("create");
             fs::write(at(name).join("rows-0"), "bytes").expect("write");
         }

@@ -12,7 +12,7 @@ use serde::Serialize;
 use std::fs::{self, File};
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
 use std::time::{Duration, Instant};
 use xxhash_rust::xxh3::xxh3_64;
@@ -34,7 +34,11 @@ pub struct Workspace(Arc<Inner>);
 #[derive(Debug)]
 struct Inner {
     path: PathBuf,
+    /// Whether the directory has a name of ours, so that it is ours whoever made it.
+    own: bool,
     state: Mutex<State>,
+    /// Whether the marker is locked by us: what can be asked while the committer writes.
+    held: AtomicBool,
     /// Tiles that are done, and all.
     done: AtomicU64,
     total: AtomicU64,
@@ -54,8 +58,18 @@ struct State {
 impl Workspace {
     /// In the directory `path`, which need not exist.
     pub fn at(path: &Path) -> Workspace {
+        Workspace::new(path.to_owned(), false)
+    }
+
+    /// Beside `output`, in a directory with its name and `.crease-work` for its extension.
+    pub fn beside(output: &Path) -> Workspace {
+        Workspace::new(output.with_extension("crease-work"), true)
+    }
+
+    fn new(path: PathBuf, own: bool) -> Workspace {
         let [done, total] = [0; 2].map(AtomicU64::new);
-        Workspace(Arc::new(Inner { path: path.to_owned(), state: Mutex::default(), done, total }))
+        let held = AtomicBool::new(false);
+        Workspace(Arc::new(Inner { path, own, state: Mutex::default(), held, done, total }))
     }
 
     /// The directory.
@@ -89,6 +103,7 @@ impl Workspace {
             remove_file(&self.file(name))?;
         }
         *state = State { marker: Some(file), made, ..State::default() };
+        self.0.held.store(true, Ordering::Relaxed);
         Ok(true)
     }
 
@@ -109,6 +124,7 @@ impl Workspace {
         point("workspace-made");
         let (file, made) = marker::create(path, made)?;
         *self.lock() = State { marker: Some(file), made, ..State::default() };
+        self.0.held.store(true, Ordering::Relaxed);
         point("workspace-begun");
         Ok(())
     }
@@ -265,7 +281,9 @@ impl Workspace {
 
     /// Whether `output` was announced. Looks without taking possession.
     pub fn has_announced(&self, output: &Path) -> bool {
-        let Ok(Found::Bytes(bytes)) = durable::read(&self.file(OUTPUTS), OUTPUTS_PURPOSE) else { return false };
+        let Ok(Found::Bytes(bytes)) = durable::read(&self.file(OUTPUTS), OUTPUTS_PURPOSE) else {
+            return false;
+        };
         let names: Vec<Vec<u8>> = postcard::from_bytes(&bytes).unwrap_or_default();
         names.iter().any(|name| name == output.as_os_str().as_encoded_bytes())
     }
@@ -281,11 +299,10 @@ impl Workspace {
         }
     }
 
-    /// Whether there is something that another run could go on with.
+    /// Whether there is something that another run could go on with. Waits for nobody.
     pub fn is_worth_keeping(&self) -> bool {
-        let state = self.lock();
         let any = |name| fs::metadata(self.file(name)).is_ok_and(|found| found.len() > 0);
-        state.marker.is_some() && any(JOB) && (any(TILES) || any(SORTED))
+        self.0.held.load(Ordering::Relaxed) && any(JOB) && (any(TILES) || any(SORTED))
     }
 
     /// Removes the workspace, if there is one: our files, and the directory if it was made for them and nothing else is in
@@ -299,10 +316,11 @@ impl Workspace {
             return Ok(());
         }
         remove_all(&self.0.path)?;
-        if state.made {
+        if state.made || self.0.own {
             remove_directory(&self.0.path)?;
         }
         // The lock goes last.
+        self.0.held.store(false, Ordering::Relaxed);
         *state = State::default();
         Ok(())
     }
@@ -361,7 +379,9 @@ fn remove_all(directory: &Path) -> Result<(), WorkspaceError> {
 
 fn remove_file(path: &Path) -> Result<(), WorkspaceError> {
     match fs::remove_file(path) {
-        Err(e) if e.kind() != ErrorKind::NotFound => Err(WorkspaceError::io(path, "cannot remove the file")(e)),
+        Err(e) if e.kind() != ErrorKind::NotFound => {
+            Err(WorkspaceError::io(path, "cannot remove the file")(e))
+        }
         _ => Ok(()),
     }
 }

@@ -120,7 +120,12 @@ impl Identity {
             (self.version != now.version, "the version of crease", self.version.clone(), now.version.clone()),
             (a.method != b.method, "--method", method(&a.method), method(&b.method)),
             (a.sigma != b.sigma, "--sigma", sigma(a.sigma), sigma(b.sigma)),
-            (differ(a.min_angle_deg, b.min_angle_deg), "--min-angle", degrees(a.min_angle_deg), degrees(b.min_angle_deg)),
+            (
+                differ(a.min_angle_deg, b.min_angle_deg),
+                "--min-angle",
+                degrees(a.min_angle_deg),
+                degrees(b.min_angle_deg),
+            ),
             (
                 differ(a.min_length_sigmas, b.min_length_sigmas),
                 "--min-length",

@@ -66,7 +66,8 @@ impl Log {
         let (frames, damaged, end) = read_all(&file, job, length).map_err(&failed)?;
         file.set_len(end).map_err(WorkspaceError::io(path, "cannot cut off what was not whole"))?;
         let session = frames.iter().map(|f| f.label.session + 1).max().unwrap_or(0);
-        let log = Log { path: path.to_owned(), file, job, end, session, synced: Instant::now(), unsynced: false };
+        let log =
+            Log { path: path.to_owned(), file, job, end, session, synced: Instant::now(), unsynced: false };
         Ok((log, Contents { places: whole_cells(frames), damaged }))
     }
 

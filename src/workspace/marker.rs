@@ -71,7 +71,8 @@ pub fn create(directory: &Path, made: bool) -> Result<(File, bool), WorkspaceErr
 /// Whether there is a marker of ours, of any version.
 pub fn is_ours(directory: &Path) -> bool {
     let mut text = Vec::new();
-    let read = File::open(directory.join(MARKER)).and_then(|file| file.take(MOST_BYTES).read_to_end(&mut text));
+    let read =
+        File::open(directory.join(MARKER)).and_then(|file| file.take(MOST_BYTES).read_to_end(&mut text));
     // A run that is killed at the very beginning leaves an empty one.
     read.is_ok() && (text.is_empty() || text.starts_with(KIND.as_bytes()))
 }
@@ -81,7 +82,10 @@ fn lock(file: &File, directory: &Path) -> Result<(), WorkspaceError> {
         Ok(()) => Ok(()),
         Err(TryLockError::WouldBlock) => Err(WorkspaceError::InUse { path: directory.to_owned() }),
         Err(TryLockError::Error(e)) => {
-            tracing::warn!("{}: the file system cannot lock ({e}); do not start a second run there", directory.display());
+            tracing::warn!(
+                "{}: the file system cannot lock ({e}); do not start a second run there",
+                directory.display()
+            );
             Ok(())
         }
     }

@@ -122,7 +122,8 @@ fn only_our_own_files_go() {
     fs::create_dir(at("crease-scratch-7-1")).expect("create");
     fs::write(at("crease-scratch-7-1").join("faces-0"), "bytes").expect("write");
     clean(parent.path()).expect("cleaned");
-    let mut left: Vec<_> = fs::read_dir(parent.path()).expect("list").map(|e| e.expect("entry").file_name()).collect();
+    let mut left: Vec<_> =
+        fs::read_dir(parent.path()).expect("list").map(|e| e.expect("entry").file_name()).collect();
     left.sort();
     assert_eq!(left, ["crease-other", "crease-tiles.old", "notes.txt"]);
     assert!(matches!(clean(parent.path()), Err(WorkspaceError::Foreign { .. })));

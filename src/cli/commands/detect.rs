@@ -4,10 +4,10 @@
 
 use crate::cli::args::DetectArgs;
 use crate::cli::exit::{Exit, Failure};
+use crate::cli::interrupt::Interrupts;
 use crate::cli::memory::Allocations;
 use crate::cli::progress::Progress;
 use crate::cli::summary::{Outcome, Written};
-use crate::cli::interrupt::Interrupts;
 use crate::cli::{console, memory, targets};
 use crate::error::Error;
 use crate::input::{MeshSource, PlySource};
@@ -35,8 +35,7 @@ pub(in crate::cli) fn detect(
     let output = args.output.clone().unwrap_or_else(|| targets::default_output(&args.input));
     let outputs: Vec<&Path> =
         [Some(output.as_path()), args.attributes.as_deref()].into_iter().flatten().collect();
-    let workspace = args.work.workspace.clone().unwrap_or_else(|| targets::default_workspace(&output));
-    let workspace = Workspace::at(&workspace);
+    let workspace = args.work.workspace.as_deref().map_or_else(|| Workspace::beside(&output), Workspace::at);
     // What a run had begun to hand over when it was killed may be handed over again.
     let begun = |output: &Path| targets::place(output).is_some_and(|place| workspace.has_announced(&place));
     targets::check(&args.input, &outputs, |output| args.force || begun(output))?;
@@ -99,7 +98,9 @@ impl Run<'_> {
         let Run { args, workspace, progress, .. } = *self;
         let table = args.attributes.as_deref();
         let mut attributes = table
-            .map(|path| Ok::<_, Error>(AttributeFile::create(path, source)?.with_scratch(workspace.scratch())))
+            .map(|path| {
+                Ok::<_, Error>(AttributeFile::create(path, source)?.with_scratch(workspace.scratch()))
+            })
             .transpose()?;
         let job = Job::new(source, args.params(), args.work.limits(), progress)?
             .with_workspace(workspace, args.force)
@@ -158,7 +159,8 @@ fn write(
     workspace: &Workspace,
 ) -> Result<(), Error> {
     let lines = stage_ply(output, found)?;
-    let outputs: Vec<PathBuf> = [Some(output), table].into_iter().flatten().filter_map(targets::place).collect();
+    let outputs: Vec<PathBuf> =
+        [Some(output), table].into_iter().flatten().filter_map(targets::place).collect();
     workspace.announce(&outputs)?;
     if let Some(attributes) = attributes {
         attributes.finish(found.largest_salience())?;
@@ -191,11 +193,13 @@ mod tests {
 
         // A directory that turned up meanwhile keeps the lines from getting their name.
         fs::create_dir(&lines).expect("create");
-        write(&found, attributes(), &lines, Some(&table), &Workspace::at(&directory.path().join("work"))).expect_err("there is a directory in the way");
+        write(&found, attributes(), &lines, Some(&table), &Workspace::at(&directory.path().join("work")))
+            .expect_err("there is a directory in the way");
         assert_eq!(fs::read_dir(directory.path()).expect("list").count(), 1);
 
         fs::remove_dir(&lines).expect("remove");
-        write(&found, attributes(), &lines, Some(&table), &Workspace::at(&directory.path().join("work"))).expect("nothing is in the way");
+        write(&found, attributes(), &lines, Some(&table), &Workspace::at(&directory.path().join("work")))
+            .expect("nothing is in the way");
         assert_eq!(fs::read_dir(directory.path()).expect("list").count(), 2);
     }
 }

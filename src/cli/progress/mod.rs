@@ -9,8 +9,8 @@ mod plain;
 mod tally;
 
 use super::args::ProgressKind;
-use super::text::{counted, grouped};
 use super::memory::{Allocations, MemoryMeter, StageUse};
+use super::text::{counted, grouped};
 use crate::pipeline::{Event, Observer, Silent};
 use std::io::IsTerminal;
 
