@@ -368,6 +368,22 @@ fn memory_and_threads_may_change() {
     }
 }
 
+/// Cells that have to be cut while they are loaded, because there is less memory than when they were planned.
+#[test]
+fn pieces_of_a_cell_are_done_when_all_of_them_are() {
+    let case = Case::new(|path| pleats(path, 200), "--tile-faces 25000");
+    case.killed_at("record-written:1");
+    let little = "--memory 28MiB";
+    let output =
+        case.command_with(little).env("CREASE_KILL_AT", "record-written:2").output().expect("started");
+    assert_eq!(output.status.signal(), Some(9), "{}", said(&output));
+    let output = case.command_with(little).output().expect("the program starts");
+    assert_eq!(output.status.code(), Some(0), "{}", said(&output));
+    let (done, pieces) = (resumed(&output), worked_on(&output));
+    assert!((1..=2).contains(&done) && pieces > case.tiles - done, "{done} done, {pieces} pieces");
+    case.is_done("cuts");
+}
+
 #[test]
 fn a_workspace_can_be_kept_and_given_up() {
     let case = Case::of_fixture("folds20", TILED);
@@ -468,7 +484,7 @@ fn flipped_bytes_do_not_change_the_result() {
 
 #[test]
 fn two_runs_do_not_share() {
-    let case = Case::new(|path| pleats(path, 300), "--tile-faces 4000");
+    let case = Case::new(|path| pleats(path, 200), "--tile-faces 4000");
     let mut first = case.started("", "tiles started");
     for more in ["", "-o other.ply --workspace lines.crease-work"] {
         let words =
@@ -491,7 +507,7 @@ const SOON: Duration = Duration::from_secs(4);
 
 #[test]
 fn signals_end_a_run_that_can_go_on() {
-    let case = Case::new(|path| pleats(path, 300), "--tile-faces 4000 --attributes table.ply");
+    let case = Case::new(|path| pleats(path, 200), "--tile-faces 4000 --attributes table.ply");
     for (name, stage) in [("-INT", "scan started"), ("-TERM", "tiles started"), ("-INT", "tiles started")] {
         case.clear();
         let mut command = case.command();
