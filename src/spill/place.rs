@@ -63,11 +63,6 @@ impl ScratchPlace {
     pub fn ground(&self) -> Result<PathBuf, SpillError> {
         self.ground.ground()
     }
-
-    /// The most bytes that were in its files at a time.
-    pub fn peak_bytes(&self) -> u64 {
-        self.dir.lock().unwrap_or_else(PoisonError::into_inner).as_ref().map_or(0, ScratchDir::peak_bytes)
-    }
 }
 
 impl From<&Path> for ScratchPlace {

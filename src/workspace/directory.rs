@@ -93,7 +93,10 @@ impl Workspace {
     /// # Errors
     /// If another process works there, or it is of another version.
     pub fn enter(&self) -> Result<bool, WorkspaceError> {
-        let mut state = self.lock();
+        self.enter_in(&mut self.lock())
+    }
+
+    fn enter_in(&self, state: &mut State) -> Result<bool, WorkspaceError> {
         if state.marker.is_some() {
             return Ok(true);
         }
@@ -112,18 +115,23 @@ impl Workspace {
     /// # Errors
     /// If another process works there, or the system refuses.
     pub fn begin(&self) -> Result<(), WorkspaceError> {
-        if self.enter()? {
+        let mut state = self.lock();
+        if self.enter_in(&mut state)? {
             return Ok(());
         }
         let path = &self.0.path;
         let made = match fs::create_dir(path) {
-            Ok(()) => true,
+            Ok(()) => {
+                let parent = path.parent().filter(|parent| *parent != Path::new(""));
+                durable::sync_directory(parent.unwrap_or(Path::new(".")))?;
+                true
+            }
             Err(e) if e.kind() == ErrorKind::AlreadyExists => false,
             Err(e) => return Err(WorkspaceError::io(path, "cannot create the directory")(e)),
         };
         point("workspace-made");
         let (file, made) = marker::create(path, made)?;
-        *self.lock() = State { marker: Some(file), made, ..State::default() };
+        *state = State { marker: Some(file), made, ..State::default() };
         self.0.held.store(true, Ordering::Relaxed);
         point("workspace-begun");
         Ok(())

@@ -111,10 +111,8 @@ impl Identity {
         let degrees = |x: f64| format!("{x} degrees");
         let written = |on| if on { "written" } else { "not written" }.to_owned();
         let given = |on| if on { "given" } else { "not given" }.to_owned();
-        let content = |content: u128| format!("{content:032x}");
         let file = |mark: &InputMark| mark.file.map_or(0, |file| file.bytes);
         let contents = self.input.content.zip(now.input.content);
-        let (was, is) = contents.map_or(("".into(), "".into()), |(a, b)| (content(a), content(b)));
         let both_files = self.input.file.is_some() && now.input.file.is_some();
         [
             (self.version != now.version, "the version of crease", self.version.clone(), now.version.clone()),
@@ -152,11 +150,27 @@ impl Identity {
                 file(&self.input).to_string(),
                 file(&now.input).to_string(),
             ),
-            (was != is, "the fingerprint of the mesh in the input", was.clone(), is.clone()),
+            (
+                contents.is_some_and(|(a, b)| a != b),
+                "the fingerprint of the mesh in the input",
+                self.input.fingerprint(),
+                now.input.fingerprint(),
+            ),
         ]
         .into_iter()
         .find(|row| row.0)
         .map(|(_, what, before, now)| Difference { what, before, now })
+    }
+}
+
+impl InputMark {
+    /// For a person who wonders what has changed.
+    fn fingerprint(&self) -> String {
+        let written = self.file.map_or(String::new(), |file| {
+            let (seconds, nanoseconds) = file.written;
+            format!(" (file written {seconds}.{nanoseconds:09} s after 1970)")
+        });
+        format!("{:032x}{written}", self.content.unwrap_or(0))
     }
 }
 
