@@ -7,6 +7,7 @@ use crate::output::OutputError;
 use crate::partition::LoadError;
 use crate::spill::SpillError;
 use crate::stitch::StitchError;
+use crate::workspace::WorkspaceError;
 use glam::DVec3;
 
 /// A run that did not succeed.
@@ -57,6 +58,12 @@ pub enum Error {
     /// A result cannot be written.
     #[error(transparent)]
     Output(#[from] OutputError),
+    /// The workspace cannot be used, or not for this job.
+    #[error(transparent)]
+    Workspace(#[from] WorkspaceError),
+    /// Somebody wanted the run to end. What was kept in the workspace is safe.
+    #[error("stopped")]
+    Stopped,
     /// The thread pool could not be started.
     #[error("cannot start the worker threads: {0}; try fewer with --threads")]
     Threads(String),
@@ -74,6 +81,7 @@ impl From<InputError> for Error {
     fn from(error: InputError) -> Error {
         match error {
             InputError::Spill(error) => Error::Spill(error),
+            InputError::Stopped => Error::Stopped,
             other => Error::Input(other),
         }
     }

@@ -10,7 +10,7 @@
 //!
 //! Data flows one way, and a module uses only those before it (`error`, which joins the errors of all layers, apart). `voting` and `refine` are pure functions of the mesh of one
 //! tile; they cannot tell whether the tile is one of a thousand or the only one, which is why the result does not depend
-//! on how the mesh was cut.
+//! on how the mesh was cut. `workspace` keeps what is done, so that a run that was killed goes on.
 //!
 //! # A mesh in memory
 //!
@@ -69,6 +69,7 @@ pub mod refine;
 pub mod spill;
 pub mod stitch;
 pub mod voting;
+pub mod workspace;
 
 #[doc(hidden)]
 pub mod cli;

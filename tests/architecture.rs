@@ -8,7 +8,7 @@ use std::fs;
 use std::path::Path;
 
 /// The layers, first to last, each with what is allowed beside the layers before it.
-const LAYERS: [(&str, &[&str]); 13] = [
+const LAYERS: [(&str, &[&str]); 14] = [
     ("math", &[]),
     ("mesh", &[]),
     ("spill", &[]),
@@ -19,6 +19,8 @@ const LAYERS: [(&str, &[&str]); 13] = [
     ("voting", &[]),
     ("refine", &[]),
     ("stitch", &[]),
+    // Keeps what the layers before it decided and found.
+    ("workspace", &[]),
     // An attribute file is opened over a mesh source, so that its errors are those of both layers: the joint type.
     ("output", &["error"]),
     // Joins the errors of the layers before it.
@@ -36,7 +38,7 @@ const LIMITS: [(&str, &[&str]); 6] = [
     ("input", &["mesh", "spill"]),
     ("config", &["input"]),
     // Knows what an error is, not what a mesh or a vote is.
-    ("error", &["mesh", "spill", "input", "config", "partition", "stitch", "output"]),
+    ("error", &["mesh", "spill", "input", "config", "partition", "stitch", "workspace", "output"]),
 ];
 
 /// The only modules that name the joint error type; the layers have their own.

@@ -135,7 +135,7 @@ fn outcome(mesh: &Path, limits: Limits) -> (Vec<u8>, Vec<u8>, bool) {
     let mut fields = AttributeFile::create(&table, &source).unwrap_or_else(|e| panic!("{e}")).with_memory(1);
     let job = Job::new(&source, Params { boundaries: true, ..Params::default() }, limits, &Silent)
         .unwrap_or_else(|e| panic!("{e}"))
-        .with_workspace(dir.path(), false)
+        .with_scratch(dir.path(), false)
         .with_order_memory(1);
     let found = job.run(Some(&mut fields)).unwrap_or_else(|e| panic!("{} {limits:?}: {e}", mesh.display()));
     fields.finish(found.lines.largest_salience).unwrap_or_else(|e| panic!("{e}"));
@@ -299,7 +299,7 @@ fn a_larger_mesh_keeps_within_three_times_its_size() {
         let mut fields = support::Fields::default();
         let found = Job::new(&source, Params::default(), limits(15_000, order), &Silent)
             .unwrap_or_else(|e| panic!("{e}"))
-            .with_workspace(dir.path(), false)
+            .with_scratch(dir.path(), false)
             .with_order_memory(1 << 20)
             .run(Some(&mut fields))
             .unwrap_or_else(|e| panic!("{e}"));
@@ -365,7 +365,7 @@ fn nothing_is_left_behind_after_an_error() {
     let job = |workspace: &Path| {
         Job::new(&source, Params::default(), limits(700, Order::Rewrite), &Silent)
             .unwrap_or_else(|e| panic!("{e}"))
-            .with_workspace(workspace, false)
+            .with_scratch(workspace, false)
     };
     let refused = job(&workspace).run(Some(&mut Refuses)).expect_err("refused");
     assert!(matches!(refused, Error::Output(_)), "{refused}");

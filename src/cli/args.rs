@@ -37,7 +37,7 @@ impl Cli {
             Command::Info(args) if args.sigma.sigma().is_zero() => {
                 return Err(refusal("a sigma of 0 needs detect --method paper"));
             }
-            Command::Info(_) | Command::Diff(_) => {}
+            Command::Info(_) | Command::Diff(_) | Command::Clean(_) => {}
         }
         Ok(cli)
     }
@@ -50,8 +50,8 @@ Exit codes:
   2    usage: an option, a parameter that does not suit the mesh, an output that exists already
   3    bad input: the file cannot be read or is not a mesh
   4    out of a resource: disk, memory, threads, or an output that cannot be written
-  5    the workspace is damaged or belongs to another job
-  130  interrupted";
+  5    the workspace is damaged, in use, or belongs to another job
+  130  interrupted; the same command goes on";
 
 /// What to do.
 #[derive(Debug, Subcommand)]
@@ -69,6 +69,11 @@ pub(super) enum Command {
     /// Prints `identical` and ends with exit code 0, or prints the first difference and a table of all that differs, and
     /// ends with exit code 1. Any two binary little-endian PLY files can be compared, of any size.
     Diff(DiffArgs),
+    /// Removes what an interrupted `detect` has kept, if nobody wants to go on with it.
+    ///
+    /// Only files that crease wrote are removed, and the directory if nothing else is in it. A directory without a workspace
+    /// is refused.
+    Clean(CleanArgs),
 }
 
 const DETECT_EXAMPLES: &str = "\
@@ -78,7 +83,10 @@ Examples:
   crease detect scan.ply -o lines.ply --sigma 0.15 --min-angle 10
       in a scan in metres: averages over 15 cm, and reports creases of 10 degrees or more
   crease detect city.ply --attributes city.fields.ply --threads 8 --tile-faces 1000000
-      writes a table of all vertices too; works with 8 threads on tiles of a million faces";
+      writes a table of all vertices too; works with 8 threads on tiles of a million faces
+
+A run that was interrupted or killed goes on where it stopped when the same command is given again. `crease clean` removes
+what it has kept.";
 
 /// Arguments of `detect`.
 #[derive(Debug, Args)]
@@ -128,6 +136,11 @@ pub(super) struct DetectArgs {
     /// Replace outputs that exist already.
     #[arg(long, help_heading = OUTPUT)]
     pub force: bool,
+
+    /// Leave the workspace when the outputs are there: with --force, or other names, the same command writes them again without
+    /// doing the work again.
+    #[arg(long, help_heading = HOW)]
+    pub keep_workspace: bool,
 
     /// Say nothing unless something goes wrong: no progress, no summary.
     #[arg(short, long, help_heading = OUTPUT, conflicts_with = "verbose")]
@@ -179,6 +192,14 @@ pub(super) struct DiffArgs {
     pub a: PathBuf,
     /// The second file.
     pub b: PathBuf,
+}
+
+/// Arguments of `clean`.
+#[derive(Debug, Args)]
+pub(super) struct CleanArgs {
+    /// The workspace: what was given as `--workspace`, or the directory with the name of the output and `.crease-work`.
+    #[arg(value_name = "DIR")]
+    pub directory: PathBuf,
 }
 
 /// The voting scale.
@@ -238,8 +259,10 @@ pub(super) struct WorkArgs {
     #[arg(long, value_enum, value_name = "ORDER", help_heading = HOW, default_value = "auto", hide = true)]
     order: OrderArg,
 
-    /// The directory for temporary files, which are needed if faces that are neighbours in space are far apart in the file:
-    /// up to three times its size. Default: that of the output.
+    /// The directory for what is done, so that an interrupted run goes on where it stopped, and for temporary files, which
+    /// are needed if faces that are neighbours in space are far apart in the file: up to three times its size. Made when it
+    /// is needed, and removed when the outputs are there. Default: the name of the output with `.crease-work` for its
+    /// extension, beside it.
     #[arg(long, value_name = "DIR", help_heading = HOW)]
     pub workspace: Option<PathBuf>,
 }

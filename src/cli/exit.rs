@@ -7,6 +7,7 @@ use crate::input::InputError;
 use crate::output::OutputError;
 use crate::spill::SpillError;
 use crate::stitch::StitchError;
+use crate::workspace::WorkspaceError;
 use std::fmt::Display;
 use std::path::Path;
 use std::process::ExitCode;
@@ -74,12 +75,19 @@ impl Failure {
         Failure::new(exit, format!("{}: {reason}", path.display()))
     }
 
+    /// The same with another remark.
+    pub fn and(self, remark: &str) -> Failure {
+        Failure { message: format!("{}; {remark}", self.message), ..self }
+    }
+
     /// What went wrong in a run over `input`, which the errors that concern no single file do not name.
     pub fn of_run(input: &Path, error: Error) -> Failure {
         match error {
             Error::Input(error) => error.into(),
             Error::Output(error) => error.into(),
             Error::Spill(error) => error.into(),
+            Error::Workspace(error) => error.into(),
+            error @ Error::Stopped => Failure::about(Exit::Interrupted, input, error),
             Error::Param(error) => Failure::about(Exit::Usage, input, error),
             Error::Load(error) => Failure::about(Exit::Resource, input, error),
             Error::Stitch(error) => Failure::about(Exit::Resource, input, error),
@@ -102,11 +110,26 @@ impl From<OutputError> for Failure {
         match error {
             OutputError::Lines(StitchError::Spill(error)) => error.into(),
             OutputError::Exists { .. } => Failure::new(Exit::Usage, error.to_string()),
+            OutputError::InUse { .. } => Failure::new(Exit::Workspace, error.to_string()),
             _ if error.is_out_of_space() => Failure::new(
                 Exit::Resource,
                 format!("{error}; make room or write to another disk, then run again"),
             ),
             _ => Failure::new(Exit::Resource, error.to_string()),
+        }
+    }
+}
+
+impl From<WorkspaceError> for Failure {
+    fn from(error: WorkspaceError) -> Failure {
+        match &error {
+            _ if error.is_out_of_space() => Failure::new(
+                Exit::Resource,
+                format!("{error}; make room and give the same command again: it goes on where it stopped"),
+            ),
+            WorkspaceError::Io { .. } => Failure::new(Exit::Resource, error.to_string()),
+            WorkspaceError::Foreign { .. } => Failure::new(Exit::Usage, error.to_string()),
+            _ => Failure::new(Exit::Workspace, error.to_string()),
         }
     }
 }

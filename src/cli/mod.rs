@@ -4,15 +4,17 @@
 //! and errors go to standard error, so that either can be redirected alone. An error is one line.
 //!
 //! ```text
-//!  args ──> commands: detect, info, diff ──> text on stdout
+//!  args ──> commands: detect, info, diff, clean ──> text on stdout
 //!             │  targets, summary, records
-//!             └──> progress, memory ──> stderr
+//!             └──> progress, memory, interrupt ──> stderr
 //! ```
 
 mod args;
 mod commands;
 mod console;
 mod exit;
+mod interrupt;
+mod kill;
 mod memory;
 mod memory_limit;
 mod method;
@@ -34,15 +36,18 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 /// what the allocator has handed out meanwhile.
 pub fn run(arguments: impl IntoIterator<Item = OsString>, allocations: Allocations) -> Exit {
     console::report_panics_on_one_line();
-    let cli = match Cli::parse_words(arguments) {
+    kill::arm();
+    let words: Vec<OsString> = arguments.into_iter().collect();
+    let cli = match Cli::parse_words(words.iter().cloned()) {
         Ok(cli) => cli,
         Err(refusal) => return console::answer(&refusal),
     };
     // The hook has said by then what happened and where.
     let outcome = catch_unwind(AssertUnwindSafe(|| match &cli.command {
-        Command::Detect(args) => commands::detect(args, allocations),
+        Command::Detect(args) => commands::detect(args, &words, allocations),
         Command::Info(args) => commands::info(args, allocations),
         Command::Diff(args) => commands::diff(args),
+        Command::Clean(args) => commands::clean(args),
     }))
     .unwrap_or(Err(Failure::new(Exit::Internal, "stopped by a bug")));
     outcome.unwrap_or_else(|failure| {

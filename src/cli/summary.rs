@@ -172,6 +172,11 @@ impl Outcome<'_> {
         };
         let tiles = counted(work.tiles, "tile", "tiles");
         f.write_str(&entry("tiles", &format!("{tiles}, halo overhead {halo:.1} %{regrown}")))?;
+        if work.resumed.0 > 0 {
+            let (done, all) = work.resumed;
+            let done = format!("{} of {} were done before", grouped(done), counted(all, "tile", "tiles"));
+            f.write_str(&entry("resumed", &done))?;
+        }
         if work.temporary_bytes > 0 {
             let what = if work.rewritten {
                 "the mesh was rewritten in spatial order"
@@ -251,11 +256,13 @@ mod tests {
             blocks: Vec::new(),
             sample: Vec::new(),
             sample_stride: 1,
+            content: 0,
         };
         let defects = Defects { boundary_edges: 1200, ..Defects::default() };
         let work = Work {
             sigma: 1.5,
             tiles: 4,
+            resumed: (0, 4),
             owned_faces: 1000,
             loaded_faces: 1250,
             regrown: 1,

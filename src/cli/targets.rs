@@ -15,11 +15,15 @@ pub(super) fn default_output(input: &Path) -> PathBuf {
     PathBuf::from(name)
 }
 
-/// Checks all outputs of a run over `input`.
+/// Checks all outputs of a run over `input`. `may_replace` tells which may be replaced if they exist.
 ///
 /// # Errors
 /// If writing one of them is impossible or would destroy something.
-pub(super) fn check(input: &Path, outputs: &[&Path], force: bool) -> Result<(), Failure> {
+pub(super) fn check(
+    input: &Path,
+    outputs: &[&Path],
+    may_replace: impl Fn(&Path) -> bool,
+) -> Result<(), Failure> {
     for (i, output) in outputs.iter().enumerate() {
         check_extension(output)?;
         check_directory(output)?;
@@ -34,7 +38,7 @@ pub(super) fn check(input: &Path, outputs: &[&Path], force: bool) -> Result<(), 
                 "is named for two outputs; give each its own name",
             ));
         }
-        check_target(output, force)?;
+        check_target(output, may_replace(output))?;
         if output.is_dir() {
             return Err(Failure::about(Exit::Usage, output, "is a directory, not a name for a file"));
         }
@@ -80,7 +84,7 @@ fn same_file(a: &Path, b: &Path) -> bool {
 }
 
 /// The name in its directory, without following it if it is a link.
-fn place(path: &Path) -> Option<PathBuf> {
+pub(super) fn place(path: &Path) -> Option<PathBuf> {
     Some(directory_of(path).canonicalize().ok()?.join(path.file_name()?))
 }
 
@@ -106,7 +110,7 @@ mod tests {
         fs::create_dir(at("dir.ply")).expect("create");
         std::os::unix::fs::symlink(&input, at("link.ply")).expect("link");
         let exit = |input: &Path, outputs: &[&Path], force| {
-            check(input, outputs, force).map_or_else(|failure| failure.exit, |()| Exit::Done)
+            check(input, outputs, |_| force).map_or_else(|failure| failure.exit, |()| Exit::Done)
         };
         assert_eq!(exit(&input, &[&fresh], false), Exit::Done);
         assert!(!fresh.exists() && !at("out.ply.part").exists());

@@ -84,6 +84,9 @@ pub enum InputError {
     /// A copy of the mesh in temporary files failed.
     #[error(transparent)]
     Spill(#[from] SpillError),
+    /// Somebody wants the run to end; not a fault of the input.
+    #[error("stopped")]
+    Stopped,
     /// The caller asked for something the mesh does not have.
     #[error("{name}: {what} {index} was asked for, but there are only {count}")]
     NoSuch {

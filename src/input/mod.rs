@@ -17,6 +17,7 @@ pub use ply::PlySource;
 
 use crate::mesh::{FaceId, VertexId};
 use glam::DVec3;
+use std::path::Path;
 
 /// Polygons per block, unless the mesh is so large that there would be too many blocks.
 pub const BLOCK: u64 = 4096;
@@ -114,6 +115,11 @@ pub trait MeshSource: Sync {
     /// Bytes of a number that holds any coordinate of this mesh exactly: 4 (`f32`) or 8 (`f64`).
     fn coordinate_bytes(&self) -> usize {
         8
+    }
+
+    /// The file that the mesh is read from, if it is one.
+    fn file(&self) -> Option<&Path> {
+        None
     }
 
     /// Where the vertex is stored: its byte offset in the file, if there is a file.

@@ -5,9 +5,10 @@
 
 use super::Sym3;
 use glam::DVec3;
+use serde::{Deserialize, Serialize};
 
 /// Sum of (n . x - o)^2 / variance over planes, without its constant. Dimensionless if lengths and offsets are.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Quadric {
     /// Sum of n n^T / variance.
     pub matrix: Sym3,

@@ -7,9 +7,10 @@
 //! vertex is told from a weak crease.
 
 use glam::DVec3;
+use serde::{Deserialize, Serialize};
 
 /// A symmetric 3x3 matrix by its six independent entries.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Sym3 {
     /// Diagonal: xx, yy, zz.
     pub diag: DVec3,

@@ -11,12 +11,12 @@ use super::{FieldSink, OutputError};
 use crate::error::Error;
 use crate::input::MeshSource;
 use crate::mesh::VertexId;
-use crate::spill::{Buckets, SMALLEST_BLOCK, ScratchDir, SpillFile};
+use crate::spill::{Buckets, SMALLEST_BLOCK, ScratchPlace, SpillFile};
 use crate::stitch::{Class, VertexFields};
 use glam::DVec3;
 use std::io::{BufWriter, Write};
 use std::os::unix::fs::FileExt;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// Bytes of a record: eight doubles and the class.
 const RECORD: usize = 65;
@@ -39,7 +39,7 @@ pub struct AttributeFile {
     part: PartFile,
     /// Where scattered rows are kept, by range of ids.
     spool: Option<Buckets>,
-    workspace: PathBuf,
+    scratch: ScratchPlace,
     memory: u64,
     /// Length of the header.
     start: u64,
@@ -76,14 +76,14 @@ impl AttributeFile {
         }
         out.flush().map_err(&failed)?;
         drop(out);
-        let workspace = directory_of(target).to_owned();
+        let scratch = ScratchPlace::below(directory_of(target));
         let start = header.len() as u64;
-        Ok(AttributeFile { part, spool: None, workspace, memory: SPOOL_MEMORY, start, vertices })
+        Ok(AttributeFile { part, spool: None, scratch, memory: SPOOL_MEMORY, start, vertices })
     }
 
     /// Chooses where temporary files go; the default is the directory of the table.
-    pub fn with_workspace(mut self, directory: &Path) -> AttributeFile {
-        self.workspace = directory.to_owned();
+    pub fn with_scratch(mut self, scratch: ScratchPlace) -> AttributeFile {
+        self.scratch = scratch;
         self
     }
 
@@ -105,9 +105,8 @@ impl AttributeFile {
         let spool = match &mut self.spool {
             Some(spool) => spool,
             none => {
-                let scratch = ScratchDir::create(&self.workspace)?;
                 let count = self.vertices.div_ceil(range) as usize;
-                none.insert(Buckets::create(&scratch, "rows", count, self.memory))
+                none.insert(Buckets::create(&self.scratch.dir()?, "rows", count, self.memory))
             }
         };
         let mut row = Vec::with_capacity(SPOOLED);

@@ -27,6 +27,12 @@ pub enum OutputError {
         /// The file.
         path: PathBuf,
     },
+    /// Another process writes it.
+    #[error("{path}: another run is writing it; wait for that run, or give another name", path = path.display())]
+    InUse {
+        /// The file.
+        path: PathBuf,
+    },
     /// The result has more elements than the format can count.
     #[error("{path}: {count} {what} are more than the format can index", path = path.display())]
     TooLarge {

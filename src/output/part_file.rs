@@ -1,10 +1,13 @@
 //! A file that appears under its name only when it is whole.
 //!
 //! It is written as `NAME.part` beside its place, synced, and renamed; the directory is synced last, so that the name
-//! survives a power cut as well as the bytes. A part that is not committed is removed.
+//! survives a power cut as well as the bytes. A part that is not committed is removed. It is locked while it is written: two
+//! runs that were given the same name would mix their bytes.
 
 use super::OutputError;
-use std::fs::{File, OpenOptions};
+use crate::spill::point;
+use std::fs::{File, OpenOptions, TryLockError};
+use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 
 /// An output that is being written.
@@ -19,17 +22,27 @@ impl PartFile {
     /// Begins to write `target`. An existing file is not touched until [`PartFile::commit`].
     ///
     /// # Errors
-    /// If the part cannot be created.
+    /// If the part cannot be created, or another process writes it.
     pub fn create(target: &Path) -> Result<PartFile, OutputError> {
         let part = part_of(target);
-        let file = OpenOptions::new()
-            .read(true)
-            .write(true)
-            .create(true)
-            .truncate(true)
-            .open(&part)
-            .map_err(OutputError::io(target, "cannot create the file"))?;
-        Ok(PartFile { target: target.to_owned(), part, file, committed: false })
+        let failed = OutputError::io(target, "cannot create the file");
+        loop {
+            // What an earlier run has left in it goes when it is ours.
+            let open = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(&part);
+            let file = open.map_err(&failed)?;
+            match file.try_lock() {
+                Err(TryLockError::WouldBlock) => return Err(OutputError::InUse { path: target.to_owned() }),
+                // A file system without locks has none to respect.
+                Ok(()) | Err(TryLockError::Error(_)) => {}
+            }
+            let id = |found: std::fs::Metadata| (found.dev(), found.ino());
+            let ids = (file.metadata().map(id), std::fs::metadata(&part).map(id));
+            // Another process may have given it its name, or removed it, before it was ours.
+            if matches!(ids, (Ok(a), Ok(b)) if a == b) {
+                file.set_len(0).map_err(&failed)?;
+                return Ok(PartFile { target: target.to_owned(), part, file, committed: false });
+            }
+        }
     }
 
     /// The file to write to.
@@ -51,6 +64,7 @@ impl PartFile {
         std::fs::rename(&self.part, &self.target)
             .map_err(OutputError::io(&self.target, "cannot give the file its name"))?;
         self.committed = true;
+        point("output-renamed");
         File::open(directory_of(&self.target))
             .and_then(|directory| directory.sync_all())
             .map_err(OutputError::io(&self.target, "cannot sync the directory"))
@@ -105,6 +119,8 @@ mod tests {
         let part = PartFile::create(&target).expect("create");
         part.file().write_all(b"half").expect("write");
         assert!(!target.exists());
+        assert!(matches!(PartFile::create(&target), Err(OutputError::InUse { .. })));
+        assert_eq!(std::fs::read(part_of(&target)).expect("read"), b"half");
         drop(part);
         assert_eq!(std::fs::read_dir(dir.path()).expect("list").count(), 0);
         let part = PartFile::create(&target).expect("create");

@@ -6,9 +6,10 @@
 //! say nothing at all where the order of the file has no locality.
 
 use glam::DVec3;
+use serde::{Deserialize, Serialize};
 
 /// A half-open box: `min <= p < max` on each axis; outer sides are infinite.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Cell {
     /// Inclusive lower side.
     pub min: DVec3,

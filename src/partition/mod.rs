@@ -5,6 +5,7 @@
 
 mod adapt;
 mod cells;
+mod content;
 mod halo;
 mod lattice;
 mod load;
@@ -16,6 +17,7 @@ mod reorder;
 mod scan;
 
 pub use cells::Cell;
+pub use content::content;
 pub use halo::{Demand, Loaded, Reach, Rings, merge, noise_demand, round_demand, vertex_demand};
 pub use lattice::{Cube, CubeBox, Lattice};
 pub use load::{LoadError, MOST_FACES, load};
@@ -23,5 +25,5 @@ pub use locality::{Locality, vertex_reads};
 pub use paper::{PaperReach, Pass, half_cube, paper_demand};
 pub use plan::{Plan, Scale};
 pub use region::{Gap, Region};
-pub use reorder::{Joined, SpatialStore, join, least_memory, sort, temporary_bytes};
+pub use reorder::{Joined, SortedTable, SpatialStore, join, least_memory, sort, temporary_bytes};
 pub use scan::{BlockSummary, Bounds, Scan, scan};

@@ -6,14 +6,16 @@
 //!
 //! Positions are checked first: a coordinate that is not finite ends the run before anything is computed from it.
 
+use super::content;
 use crate::input::{FaceBlock, InputError, MeshSource};
 use crate::mesh::VertexId;
 use glam::DVec3;
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Axis-aligned bounds.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Bounds {
     /// Minimum corner.
     pub min: DVec3,
@@ -44,7 +46,7 @@ impl Bounds {
 }
 
 /// One block of consecutive faces.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct BlockSummary {
     /// Bounds of its faces.
     pub bounds: Bounds,
@@ -53,7 +55,7 @@ pub struct BlockSummary {
 }
 
 /// What the scan found.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Scan {
     /// Vertices in the file.
     pub vertices: u64,
@@ -77,6 +79,8 @@ pub struct Scan {
     pub sample: Vec<DVec3>,
     /// How many faces a sample stands for.
     pub sample_stride: u64,
+    /// What the mesh is, in a number: see [`super::content()`].
+    pub content: u128,
 }
 
 impl Scan {
@@ -96,7 +100,7 @@ const MARK_SHARE: u64 = 4;
 /// Share of the memory for the histograms of all threads.
 const HISTOGRAM_SHARE: u64 = 8;
 /// Positions checked by one task.
-const VERTEX_CHUNK: u64 = 1 << 16;
+pub(super) const VERTEX_CHUNK: u64 = 1 << 16;
 /// Products of four coordinates must stay finite; nothing that is measured in any unit comes near.
 const LARGEST_COORDINATE: f64 = 1e75;
 
@@ -110,7 +114,7 @@ pub fn scan(
     memory: u64,
     progress: &(dyn Fn(u64) + Sync),
 ) -> Result<Scan, InputError> {
-    check_positions(source)?;
+    let positions = check_positions(source)?;
     let faces = source.face_count();
     let most_samples = (memory / SAMPLE_SHARE / size_of::<DVec3>() as u64).clamp(1, MOST_SAMPLES);
     let stride = faces.div_ceil(most_samples).max(1);
@@ -139,14 +143,15 @@ pub fn scan(
         blocks: total.blocks,
         sample: total.sample,
         sample_stride: stride,
+        content: content::joined(source.vertex_count(), &positions, &total.contents),
     })
 }
 
-/// Refuses coordinates that are not finite or too large to calculate with.
-fn check_positions(source: &dyn MeshSource) -> Result<(), InputError> {
+/// Refuses coordinates that are not finite or too large to calculate with. Returns the digest of each chunk.
+fn check_positions(source: &dyn MeshSource) -> Result<Vec<u128>, InputError> {
     let n = source.vertex_count();
     let chunks: Vec<u64> = (0..n.div_ceil(VERTEX_CHUNK)).collect();
-    let checked: Vec<Result<(), InputError>> = chunks
+    let checked: Vec<Result<u128, InputError>> = chunks
         .par_iter()
         .map(|chunk| {
             let first = chunk * VERTEX_CHUNK;
@@ -154,7 +159,7 @@ fn check_positions(source: &dyn MeshSource) -> Result<(), InputError> {
             source.read_positions(VertexId(first), (n - first).min(VERTEX_CHUNK) as usize, &mut positions)?;
             // `all` with `<` is false for NaN too.
             match positions.iter().position(|p| !p.to_array().iter().all(|x| x.abs() < LARGEST_COORDINATE)) {
-                None => Ok(()),
+                None => Ok(content::of_positions(&positions)),
                 Some(i) => Err(InputError::BadCoordinate {
                     path: source.name().into(),
                     vertex: first + i as u64,
@@ -176,6 +181,7 @@ struct Part {
     repeated_corner: u64,
     blocks: Vec<BlockSummary>,
     sample: Vec<DVec3>,
+    contents: Vec<u128>,
 }
 
 impl Part {
@@ -186,6 +192,7 @@ impl Part {
             repeated_corner: 0,
             blocks: Vec::new(),
             sample: Vec::new(),
+            contents: Vec::new(),
         }
     }
 
@@ -195,6 +202,7 @@ impl Part {
         self.repeated_corner += other.repeated_corner;
         self.blocks.extend(other.blocks);
         self.sample.extend(other.sample);
+        self.contents.extend(other.contents);
     }
 }
 
@@ -221,6 +229,7 @@ fn scan_run(
             }
         }
         part.bounds.join(&bounds);
+        part.contents.push(content::of_faces(&block));
         part.blocks.push(BlockSummary { bounds, faces: block.corners.len() as u32 });
         progress(block.corners.len() as u64);
     }

@@ -14,7 +14,7 @@ use crate::input::MeshSource;
 use crate::mesh::TileId;
 use crate::partition::{Cell, LoadError, Plan};
 use rayon::ThreadPool;
-use std::collections::VecDeque;
+use std::collections::{BTreeSet, VecDeque};
 use std::sync::atomic::{AtomicU32, Ordering};
 
 /// A tile that may be worked on.
@@ -65,6 +65,12 @@ impl<'a, 'b> Admission<'a, 'b> {
     ) -> Admission<'a, 'b> {
         let waiting = (0..).map(TileId).zip(plan.cells.iter().copied()).collect();
         Admission { source, plan, halo, budget, pool, waiting, pieces, rounds }
+    }
+
+    /// The same, but for cells that are done.
+    pub fn without(mut self, done: &BTreeSet<TileId>) -> Admission<'a, 'b> {
+        self.waiting.retain(|(id, _)| !done.contains(id));
+        self
     }
 
     /// Of which cell the next tile will be.

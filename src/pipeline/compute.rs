@@ -20,8 +20,10 @@ use crate::voting::{
     Stop, Surroundings, Vote, first_votes, refine, stops, surroundings, vote_again, votes, widen,
 };
 use glam::DVec3;
+use serde::{Deserialize, Serialize};
 
 /// What one tile contributes.
+#[derive(Serialize, Deserialize)]
 pub struct TileResult {
     /// Its share of the lines: what it could finish alone, and what it could not.
     pub share: TileShare,

@@ -49,6 +49,15 @@ impl Stage {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Event {
+    /// Some of the tiles of the stage that begins next were done by an earlier run, and are not done again.
+    Resumed {
+        /// Which stage.
+        stage: Stage,
+        /// Tiles that are done.
+        done: u64,
+        /// All tiles.
+        total: u64,
+    },
     /// A stage begins; `total` counts the units it will report, 0 if it reports none.
     Started {
         /// Which stage.

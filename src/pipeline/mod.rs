@@ -6,13 +6,17 @@ mod census;
 mod certify;
 mod compute;
 mod events;
+mod ledger;
 mod order;
 mod paper;
+mod pass;
 mod planned;
+mod prepare;
 mod probe;
 mod run;
 mod seams;
 mod sizing;
+mod stop;
 
 pub use events::{Event, Observer, Silent, Stage};
 pub use planned::Planned;

@@ -10,14 +10,13 @@ use crate::input::MeshSource;
 use crate::partition::{
     Joined, Locality, Plan, Scan, SpatialStore, join, least_memory, sort, temporary_bytes, vertex_reads,
 };
-use crate::spill::{ScratchDir, check_room, is_in_memory};
+use crate::spill::{ScratchDir, ScratchPlace, check_room, is_in_memory};
 use rayon::ThreadPool;
-use std::path::PathBuf;
 
 /// Where a job may keep temporary files, and how much memory it may use to sort them.
 #[derive(Clone, Debug)]
-pub(super) struct Workspace {
-    pub directory: PathBuf,
+pub(super) struct Room {
+    pub scratch: ScratchPlace,
     /// Begin even if the disk seems too small.
     pub force: bool,
     /// Memory for sorting, in bytes.
@@ -51,7 +50,7 @@ impl Mesh<'_> {
 pub(super) struct Rewriter<'a, 'j> {
     pub source: &'a dyn MeshSource,
     pub limits: &'j Limits,
-    pub workspace: &'j Workspace,
+    pub room: &'j Room,
     pub pool: &'j ThreadPool,
     pub observer: &'j dyn Observer,
 }
@@ -124,7 +123,7 @@ impl<'a> Rewriter<'a, '_> {
 
     /// What a mesh of this size needs is more than what is asked for only if that is a few megabytes.
     fn memory(&self) -> u64 {
-        self.workspace.memory.max(least_memory(self.source))
+        self.room.memory.max(least_memory(self.source))
     }
 
     /// Both steps look at every face twice.
@@ -138,8 +137,8 @@ impl<'a> Rewriter<'a, '_> {
         if let Some(scratch) = &rewrite.scratch {
             return Ok(scratch.clone());
         }
-        let directory = &self.workspace.directory;
-        if !self.workspace.force {
+        let directory = &self.room.scratch.ground()?;
+        if !self.room.force {
             check_room(directory, temporary_bytes(self.source, rewrite.joins))?;
         }
         if is_in_memory(directory) {
@@ -148,7 +147,7 @@ impl<'a> Rewriter<'a, '_> {
                 directory.display()
             );
         }
-        let scratch = ScratchDir::create(directory)?;
+        let scratch = self.room.scratch.beside().dir()?;
         rewrite.scratch = Some(scratch.clone());
         Ok(scratch)
     }

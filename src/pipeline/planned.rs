@@ -6,7 +6,7 @@
 use super::certify::Halo;
 use super::probe::typical_rounds;
 use super::run::LINE_SHARE;
-use super::sizing::{Sizes, cut, faces_in, is_one_tile, tile_bytes};
+use super::sizing::{Sizes, cut, faces_in, is_one_tile, sizes, tile_bytes};
 use crate::config::{Limits, Params, Tiling};
 use crate::error::Error;
 use crate::input::MeshSource;
@@ -43,15 +43,7 @@ impl Planned {
         halo: impl Fn(&Scale) -> Halo,
     ) -> Result<Planned, Error> {
         let mut plan = Plan::new(&scan, params)?;
-        let small = SMALL_BYTES + THREAD_BYTES * rayon::current_num_threads() as u64;
-        let needed = small + scan.bytes() + plan.bytes();
-        // Whatever is left must do for tiles; a run that plans longer than it works is of no use to anybody.
-        let lines = limits.memory / LINE_SHARE;
-        let tile_memory = limits.memory.saturating_sub(needed).saturating_sub(lines);
-        if tile_memory < needed {
-            let least = 2 * needed / (LINE_SHARE - 1) * LINE_SHARE;
-            return Err(Error::NoMemory { needed: least, memory: limits.memory });
-        }
+        let (tile_memory, needed) = shares(&scan, &plan, limits)?;
         let one_tile = is_one_tile(scan.faces, limits.tiling, tile_memory);
         if limits.tiling == Tiling::InCore && !one_tile {
             let (at, bytes) = (plan.bounds.min, tile_bytes(scan.faces));
@@ -67,8 +59,35 @@ impl Planned {
         Ok(Planned { scan, plan, sizes, rounds, tile_memory, other_memory: needed })
     }
 
+    /// A plan that was made by an earlier run, with its cells. Where memory is shorter now, cells are cut as tiles are loaded.
+    pub(super) fn again(
+        scan: Scan,
+        plan: Plan,
+        rounds: u32,
+        limits: &Limits,
+        halo: Halo,
+    ) -> Result<Planned, Error> {
+        let (tile_memory, other_memory) = shares(&scan, &plan, limits)?;
+        let sizes = sizes(&plan, halo.margin(&plan, rounds), 1);
+        Ok(Planned { scan, plan, sizes, rounds, tile_memory, other_memory })
+    }
+
     /// Bytes that are expected to be allocated at the peak.
     pub fn expected_memory(&self) -> u64 {
         self.other_memory + self.sizes.bytes(self.plan.cells.len() as u64)
     }
+}
+
+/// Bytes for tiles, and for everything else but lines.
+fn shares(scan: &Scan, plan: &Plan, limits: &Limits) -> Result<(u64, u64), Error> {
+    let small = SMALL_BYTES + THREAD_BYTES * rayon::current_num_threads() as u64;
+    let needed = small + scan.bytes() + plan.bytes();
+    // Whatever is left must do for tiles; a run that plans longer than it works is of no use to anybody.
+    let lines = limits.memory / LINE_SHARE;
+    let tile_memory = limits.memory.saturating_sub(needed).saturating_sub(lines);
+    if tile_memory < needed {
+        let least = 2 * needed / (LINE_SHARE - 1) * LINE_SHARE;
+        return Err(Error::NoMemory { needed: least, memory: limits.memory });
+    }
+    Ok((tile_memory, needed))
 }

@@ -1,29 +1,31 @@
 //! The whole job: scan, plan, tiles, stitch; for the paper method, a survey of the tiles before the tiles.
 //!
-//! A loader, some workers and a committer are joined by bounded channels, so that at most a handful of tiles exist at any
-//! time. All heavy work runs on one thread pool, which is what `--threads` sizes; the stage threads mostly wait.
+//! All heavy work runs on one thread pool, which is what `--threads` sizes; the stage threads mostly wait ([`super::pass`]).
+//! With a workspace, what is done is kept, and a run that stopped is gone on with ([`super::prepare`]).
 
-use super::admit::{Admission, Admitted, Next};
-use super::budget::{Budget, Permit};
+use super::admit::Admitted;
 use super::certify::Halo;
 use super::compute::{TileResult, compute};
 use super::events::{Event, Observer, Stage};
-use super::order::{Mesh, ORDER_MEMORY, Rewriter, Workspace};
+use super::ledger::Ledger;
+use super::order::{ORDER_MEMORY, Room};
 use super::paper::PaperMethod;
+use super::pass::Taken;
 use super::planned::Planned;
+use super::prepare::Prepared;
+use super::stop::{NEVER, Stoppable};
 use crate::config::{Limits, Method, NO_LIMIT, PaperThresholds, Params};
 use crate::error::Error;
 use crate::input::MeshSource;
-use crate::mesh::TileId;
 use crate::output::FieldSink;
-use crate::partition::{PaperReach, Pass, Scale, Scan, scan};
+use crate::partition::{PaperReach, Pass, Scale, Scan};
 use crate::refine::{Extremes, OmegaRange};
+use crate::spill::{ScratchPlace, point};
 use crate::stitch::{Defects, LineMemory, LineSet, Rules, StitchWork, Stitched, Stitcher, StoredLines};
-use crossbeam::channel::{Receiver, Sender, bounded};
+use crate::workspace::Workspace;
 use rayon::ThreadPool;
-use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicU32, Ordering};
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
 /// Feature lines, and how they were found.
@@ -57,7 +59,9 @@ pub struct Work {
     pub sigma: f64,
     /// Tiles that were worked on.
     pub tiles: u64,
-    /// Faces owned by tiles.
+    /// Cells that an earlier run had done, and all cells.
+    pub resumed: (u64, u64),
+    /// Faces owned by the tiles that were worked on.
     pub owned_faces: u64,
     /// Faces loaded for them, halos included; those of a survey do not count.
     pub loaded_faces: u64,
@@ -76,12 +80,14 @@ pub struct Work {
 /// A job over a source. Built once, run once.
 pub struct Job<'a> {
     source: &'a dyn MeshSource,
-    params: Params,
-    limits: Limits,
-    observer: &'a dyn Observer,
-    pool: ThreadPool,
+    pub(super) params: Params,
+    pub(super) limits: Limits,
+    pub(super) observer: &'a dyn Observer,
+    pub(super) pool: ThreadPool,
+    pub(super) stop: &'a AtomicBool,
+    pub(super) room: Room,
+    pub(super) workspace: Option<Workspace>,
     reach_factor: f64,
-    workspace: Workspace,
     line_memory: LineMemory,
 }
 
@@ -89,10 +95,6 @@ pub struct Job<'a> {
 pub(super) const LINE_SHARE: u64 = 6;
 /// Share of the memory that sorting the mesh may use: what was planned is there at the same time.
 const ORDER_SHARE: u64 = 2;
-/// Tiles waiting between two stages. One keeps the workers busy while the loader reads on; more would only cost memory.
-const WAITING_TILES: usize = 1;
-/// Tiles worked on at a time: while one is in a serial part, the other has the pool.
-const WORKERS: usize = 2;
 
 impl<'a> Job<'a> {
     /// Prepares a job.
@@ -110,8 +112,8 @@ impl<'a> Job<'a> {
             .thread_name(|i| format!("crease-{i}"))
             .build()
             .map_err(|e| Error::Threads(e.to_string()))?;
-        let workspace = Workspace {
-            directory: PathBuf::from("."),
+        let room = Room {
+            scratch: ScratchPlace::below(Path::new(".")),
             force: false,
             memory: ORDER_MEMORY.min(limits.memory / ORDER_SHARE),
         };
@@ -119,20 +121,38 @@ impl<'a> Job<'a> {
             NO_LIMIT => LineMemory::UNBOUNDED,
             memory => LineMemory::halves(memory / LINE_SHARE),
         };
-        Ok(Job { source, params, limits, observer, pool, reach_factor: 1.0, workspace, line_memory })
+        let (stop, workspace, reach_factor) = (&NEVER, None, 1.0);
+        Ok(Job { source, params, limits, observer, pool, stop, room, workspace, reach_factor, line_memory })
     }
 
     /// Chooses where temporary files go, if some are needed; `force` begins even if the disk seems too small. The default
     /// is the current directory.
-    pub fn with_workspace(mut self, directory: &Path, force: bool) -> Self {
-        self.workspace.directory = directory.to_owned();
-        self.workspace.force = force;
+    pub fn with_scratch(mut self, directory: &Path, force: bool) -> Self {
+        self.room.scratch = ScratchPlace::below(directory);
+        self.room.force = force;
+        self
+    }
+
+    /// Has what is done kept in `workspace`, and goes on with what is kept there. Temporary files go there too. A mesh of
+    /// one tile keeps nothing. The workspace stays when the run is over: whoever has written its result removes it
+    /// ([`Workspace::remove`]).
+    pub fn with_workspace(mut self, workspace: &Workspace, force: bool) -> Self {
+        self.room.scratch = workspace.scratch();
+        self.room.force = force;
+        self.workspace = Some(workspace.clone());
+        self
+    }
+
+    /// Has the run end with [`Error::Stopped`] soon after `stop` is set. Tiles that are being worked on are finished first,
+    /// and lost.
+    pub fn with_stop(mut self, stop: &'a AtomicBool) -> Self {
+        self.stop = stop;
         self
     }
 
     /// Chooses how many bytes of memory sorting the mesh may use; 256 MiB, or half of what is allowed, if nothing is said.
     pub fn with_order_memory(mut self, bytes: u64) -> Self {
-        self.workspace.memory = bytes;
+        self.room.memory = bytes;
         self
     }
 
@@ -158,16 +178,6 @@ impl<'a> Job<'a> {
         self.plan_of(self.source)
     }
 
-    fn plan_of(&self, source: &dyn MeshSource) -> Result<Planned, Error> {
-        self.observer.event(Event::Started { stage: Stage::Scan, total: self.source.face_count() });
-        let progress = |faces| self.observer.event(Event::Advanced { stage: Stage::Scan, by: faces });
-        self.pool.install(|| {
-            let scan = scan(source, self.limits.memory, &progress)?;
-            let halo = |scale: &Scale| self.halo(scale, Pass::Links);
-            Planned::new(source, scan, &self.params, &self.limits, halo)
-        })
-    }
-
     /// Does the whole job, with all lines in memory at its end. The fields of all vertices go to `fields`, if there is a
     /// taker.
     ///
@@ -183,30 +193,35 @@ impl<'a> Job<'a> {
     /// As for [`Job::run`].
     pub fn run_stored(&self, fields: Option<&mut dyn FieldSink>) -> Result<Detection<StoredLines>, Error> {
         let mut work = Work::default();
-        let (mesh, planned) = self.prepare(&mut work)?;
-        let (source, plan) = (mesh.source(), &planned.plan);
+        let source = Stoppable { source: self.source, stop: self.stop };
+        let prepared = self.prepare(&source, fields.is_some(), &mut work)?;
+        let Prepared { mesh, planned, mut ledger, fields: with_fields } = prepared;
+        let plan = &planned.plan;
         work.sigma = match self.params.sigma.is_zero() {
             true => 0.0,
             false => plan.scale.length(crate::config::method::SIGMA_EDGES),
         };
         let tiles = plan.cells.len() as u64;
+        ledger.count(tiles);
         let extremes = match &self.params.method {
             Method::Robust => Extremes::default(),
             Method::Paper(thresholds) => {
-                self.observer.event(Event::Started { stage: Stage::Survey, total: 2 * tiles });
-                let started = Instant::now();
-                let extremes = self.survey(source, &planned, thresholds, &mut work)?;
+                let done = ledger.done(Pass::Omega).len() + ledger.done(Pass::Salience).len();
+                let started = self.started(Stage::Survey, done as u64, 2 * tiles);
+                let extremes = self.survey((mesh.source(), &planned, &mut ledger), thresholds, &mut work)?;
                 self.finished(Stage::Survey, started, &mut work);
                 extremes
             }
         };
-        self.observer.event(Event::Started { stage: Stage::Tiles, total: tiles });
-        let started = Instant::now();
-        let stitcher = self.tiles(source, &planned, &extremes, fields, &mut work)?;
+        work.resumed = (ledger.done(Pass::Links).len() as u64, tiles);
+        let started = self.started(Stage::Tiles, work.resumed.0, tiles);
+        let source = (mesh.source(), &planned, &mut ledger);
+        let stitcher = self.tiles(source, &extremes, (fields, with_fields), &mut work)?;
         self.finished(Stage::Tiles, started, &mut work);
         // Temporary files go before the results come.
         drop(mesh);
         self.observer.event(Event::Started { stage: Stage::Stitch, total: stitcher.links() });
+        point("stitching");
         let Stitched { lines, defects, work: stitch } =
             self.timed(Stage::Stitch, &mut work, || Ok::<_, Error>(stitcher.finish()?))?;
         tracing::debug!(?stitch, "stitched");
@@ -214,40 +229,16 @@ impl<'a> Job<'a> {
         Ok(Detection { lines, scan: planned.scan, defects, work })
     }
 
-    /// Scan, plan, and the mesh in an order that tiles can be loaded from.
-    fn prepare(&self, work: &mut Work) -> Result<(Mesh<'a>, Planned), Error> {
-        let rewriter = Rewriter {
-            source: self.source,
-            limits: &self.limits,
-            workspace: &self.workspace,
-            pool: &self.pool,
-            observer: self.observer,
-        };
-        let mut rewrite = rewriter.look()?;
-        let joined = match rewrite.joins() {
-            true => Some(self.timed(Stage::Order, work, || rewriter.join(&mut rewrite))?),
-            false => None,
-        };
-        let source = joined.as_ref().map_or(self.source, |joined| joined as &dyn MeshSource);
-        let mut planned = self.timed(Stage::Scan, work, || self.plan_of(source))?;
-        work.rewritten = rewriter.sorts(&rewrite, &planned.scan, &planned.plan);
-        let mesh = match (work.rewritten, joined) {
-            (true, joined) => {
-                let store =
-                    self.timed(Stage::Order, work, || rewriter.sort(&mut rewrite, joined, &planned.scan))?;
-                planned.plan = planned.plan.over(store.summaries());
-                Mesh::Sorted(store)
-            }
-            (false, Some(joined)) => Mesh::Joined(joined),
-            (false, None) => Mesh::File(self.source),
-        };
-        // Of no use any more.
-        planned.scan.sample = Vec::new();
-        work.temporary_bytes = rewrite.peak_bytes();
-        Ok((mesh, planned))
+    /// A stage begins of whose `total` tiles some are done.
+    fn started(&self, stage: Stage, done: u64, total: u64) -> Instant {
+        if done > 0 {
+            self.observer.event(Event::Resumed { stage, done, total });
+        }
+        self.observer.event(Event::Started { stage, total: total - done });
+        Instant::now()
     }
 
-    fn timed<T>(
+    pub(super) fn timed<T>(
         &self,
         stage: Stage,
         work: &mut Work,
@@ -268,8 +259,7 @@ impl<'a> Job<'a> {
     /// The numbers of the whole mesh that the paper method needs, in two passes.
     fn survey(
         &self,
-        source: &dyn MeshSource,
-        planned: &Planned,
+        (source, planned, ledger): (&dyn MeshSource, &Planned, &mut Ledger),
         thresholds: &PaperThresholds,
         work: &mut Work,
     ) -> Result<Extremes, Error> {
@@ -277,40 +267,41 @@ impl<'a> Job<'a> {
         let method = PaperMethod { plan: &planned.plan, sigma: self.params.sigma, thresholds };
         let mut omega = OmegaRange::default();
         let range = |tile: &Admitted| method.omega_range(&tile.tile);
-        work.regrown += self.over_tiles((source, planned), stage, Pass::Omega, range, |range, _| {
-            omega = omega.join(range);
+        let mesh = (source, planned, &mut *ledger);
+        work.regrown += self.over_tiles(mesh, stage, Pass::Omega, range, |taken: Taken<OmegaRange>| {
+            omega = omega.join(taken.result);
             Ok(())
         })?;
         let mut salience = 0.0f64;
         let largest = |tile: &Admitted| method.largest_salience(&tile.tile, omega);
-        work.regrown +=
-            self.over_tiles((source, planned), stage, Pass::Salience, largest, |largest, _| {
-                salience = salience.max(largest);
-                Ok(())
-            })?;
+        let mesh = (source, planned, ledger);
+        work.regrown += self.over_tiles(mesh, stage, Pass::Salience, largest, |taken: Taken<f64>| {
+            salience = salience.max(taken.result);
+            Ok(())
+        })?;
         Ok(Extremes { omega, salience })
     }
 
-    /// All tiles, stitched as they come in.
+    /// All tiles, stitched as they come in. Results hold fields if `with_fields`; `fields` wants them, if it is there.
     fn tiles(
         &self,
-        source: &dyn MeshSource,
-        planned: &Planned,
+        mesh: (&dyn MeshSource, &Planned, &mut Ledger),
         extremes: &Extremes,
-        mut fields: Option<&mut dyn FieldSink>,
+        (mut fields, with_fields): (Option<&mut dyn FieldSink>, bool),
         work: &mut Work,
     ) -> Result<Stitcher, Error> {
-        let with_fields = fields.is_some();
-        let plan = &planned.plan;
+        let plan = &mesh.1.plan;
         let rules = Rules::new(&plan.scale, &self.params);
-        let mut stitcher = Stitcher::new(rules, self.line_memory, &self.workspace.directory);
+        let mut stitcher = Stitcher::new(rules, self.line_memory, &self.room.scratch.beside());
         let compute = |tile: &Admitted| compute(&tile.tile, plan, &self.params, extremes, with_fields);
-        let mesh = (source, planned);
         let regrown =
-            self.over_tiles(mesh, Stage::Tiles, Pass::Links, compute, |tile: TileResult, whole| {
-                work.tiles += 1;
-                work.loaded_faces += tile.loaded_faces;
-                work.owned_faces += tile.owned_faces;
+            self.over_tiles(mesh, Stage::Tiles, Pass::Links, compute, |taken: Taken<TileResult>| {
+                let Taken { result: tile, whole, kept } = taken;
+                if !kept {
+                    work.tiles += 1;
+                    work.loaded_faces += tile.loaded_faces;
+                    work.owned_faces += tile.owned_faces;
+                }
                 if let Some(fields) = &mut fields {
                     fields.take(&tile.fields)?;
                 }
@@ -322,7 +313,7 @@ impl<'a> Job<'a> {
     }
 
     /// What a tile must hold for the pass; the robust method has one pass only.
-    fn halo(&self, scale: &Scale, pass: Pass) -> Halo {
+    pub(super) fn halo(&self, scale: &Scale, pass: Pass) -> Halo {
         match self.params.method {
             Method::Robust => Halo::Robust(self.reach_factor),
             Method::Paper(_) => {
@@ -331,114 +322,4 @@ impl<'a> Job<'a> {
             }
         }
     }
-
-    /// One pass: loader, workers and committer. `compute` makes something of each tile, which `take` gets, tiles in any
-    /// order, with the cell that has come to its end with it, if one has. Returns how often a region had to grow.
-    fn over_tiles<T: Send>(
-        &self,
-        (source, planned): (&dyn MeshSource, &Planned),
-        stage: Stage,
-        pass: Pass,
-        compute: impl Fn(&Admitted) -> T + Sync,
-        mut take: impl FnMut(T, Option<TileId>) -> Result<(), Error>,
-    ) -> Result<u64, Error> {
-        let plan = &planned.plan;
-        let halo = self.halo(&plan.scale, pass);
-        let budget = Budget::new(planned.tile_memory);
-        let pieces: Vec<AtomicU32> = plan.cells.iter().map(|_| AtomicU32::new(1)).collect();
-        let admission = Admission::new(source, plan, &halo, &budget, &self.pool, &pieces, planned.rounds);
-        let (to_workers, from_loader) = bounded::<Box<Admitted>>(WAITING_TILES);
-        let (to_committer, results) = bounded::<Outcome<T>>(WAITING_TILES);
-        let mut regrown = 0;
-        std::thread::scope(|scope| {
-            let failed = to_committer.clone();
-            scope.spawn(|| self.load_tiles(admission, stage, to_workers, failed));
-            for _ in 0..WORKERS {
-                let (from_loader, to_committer) = (from_loader.clone(), to_committer.clone());
-                scope.spawn(|| self.work_on_tiles(&compute, from_loader, to_committer));
-            }
-            // What is left here would keep the channels open when everybody else has gone.
-            drop((from_loader, to_committer));
-            let outcome: Result<(), Error> = results.iter().try_for_each(|result| {
-                let done = result?;
-                regrown += u64::from(done.regrown);
-                let rest = pieces[done.id.0 as usize].fetch_sub(1, Ordering::Relaxed) - 1;
-                take(done.result, (rest == 0).then_some(done.id))?;
-                self.observer.event(Event::Advanced { stage, by: 1 });
-                Ok(())
-            });
-            // Hanging up is how the other stages learn that it is over.
-            drop(results);
-            outcome
-        })?;
-        Ok(regrown)
-    }
-
-    fn load_tiles<'b, T>(
-        &self,
-        mut admission: Admission<'_, 'b>,
-        stage: Stage,
-        to_workers: Sender<Box<Admitted<'b>>>,
-        failed: Sender<Outcome<'b, T>>,
-    ) {
-        loop {
-            match guarded(admission.next_id(), || admission.next()) {
-                Ok(None) => return,
-                Ok(Some(Next::Cut)) => self.observer.event(Event::Grown { stage, by: 1 }),
-                Ok(Some(Next::Tile(tile))) => {
-                    if to_workers.send(tile).is_err() {
-                        return;
-                    }
-                }
-                Err(error) => {
-                    // Nobody listening means that another error came first.
-                    let _ = failed.send(Err(error));
-                    return;
-                }
-            }
-        }
-    }
-
-    fn work_on_tiles<'b, T: Send>(
-        &self,
-        compute: &(impl Fn(&Admitted) -> T + Sync),
-        from_loader: Receiver<Box<Admitted<'b>>>,
-        to_committer: Sender<Outcome<'b, T>>,
-    ) {
-        for admitted in from_loader {
-            let result = guarded(admitted.id, || Ok(self.pool.install(|| compute(&admitted))));
-            let Admitted { id, tile, permit } = *admitted;
-            let regrown = tile.regrown;
-            drop(tile);
-            let done = result.map(|result| Done { id, result, regrown, _permit: permit });
-            if to_committer.send(done).is_err() {
-                return;
-            }
-        }
-    }
-}
-
-/// What became of a tile.
-struct Done<'b, T> {
-    /// The cell it is of.
-    id: TileId,
-    result: T,
-    /// How often its region had to grow.
-    regrown: u32,
-    /// Until the result is taken.
-    _permit: Permit<'b>,
-}
-
-type Outcome<'b, T> = Result<Done<'b, T>, Error>;
-
-/// Turns a panic, which is a bug of ours, into an error that says where it happened.
-fn guarded<T>(tile: TileId, job: impl FnOnce() -> Result<T, Error>) -> Result<T, Error> {
-    catch_unwind(AssertUnwindSafe(job)).unwrap_or_else(|panic| {
-        let message = panic
-            .downcast_ref::<String>()
-            .cloned()
-            .or_else(|| panic.downcast_ref::<&str>().map(|s| s.to_string()))
-            .unwrap_or_default();
-        Err(Error::Internal { tile, message })
-    })
 }

@@ -96,7 +96,8 @@ pub fn cut(plan: &mut Plan, scan: &mut Scan, tiling: Tiling, memory: u64, margin
     found
 }
 
-fn sizes(plan: &Plan, margin: i64, in_flight: u64) -> Sizes {
+/// What the tiles of `plan` are expected to be, with so many of them at a time.
+pub fn sizes(plan: &Plan, margin: i64, in_flight: u64) -> Sizes {
     let expected = plan.cells.iter().map(|cell| expected_faces(plan, cell, margin));
     let (largest, loaded) = expected.fold((0, 0), |(largest, sum), n| (n.max(largest), sum + n));
     Sizes { in_flight, largest, loaded }

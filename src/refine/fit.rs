@@ -36,7 +36,7 @@ pub enum Bend {
 }
 
 /// The surface around a line vertex.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Fit {
     /// Dihedral angle between the two sides in radians: 0 is flat, pi is folded back. At a corner whose faces do not fall
     /// into two sides, the largest between two of its planes. Theta where there are no planes.

@@ -15,9 +15,10 @@ use crate::mesh::{Field, TileMesh};
 use crate::partition::Scale;
 use crate::voting::{Initial, Stop, Vote, omega};
 use glam::DVec3;
+use serde::{Deserialize, Serialize};
 
 /// The range of Omega over vertices on sharp edges and corners. Minimum and maximum, so that no order matters.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct OmegaRange {
     /// Smallest.
     pub min: f64,

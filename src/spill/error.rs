@@ -46,7 +46,7 @@ pub enum SpillError {
 
 impl SpillError {
     /// Wraps what the system said, for [`Result::map_err`].
-    pub(super) fn io(path: &Path, action: &'static str) -> impl FnOnce(io::Error) -> SpillError {
+    pub(super) fn io(path: &Path, action: &'static str) -> impl FnOnce(io::Error) -> SpillError + use<> {
         let path = path.to_owned();
         move |source| SpillError::Io { path, action, source }
     }

@@ -5,6 +5,7 @@
 
 use super::reader::{BlockReader, SpillReader};
 use super::{LARGEST_BLOCK, SMALLEST_BLOCK, ScratchDir, SpillError};
+use serde::{Deserialize, Serialize};
 use std::fs::{self, File, OpenOptions};
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -14,7 +15,7 @@ use xxhash_rust::xxh3::xxh3_64_with_seed;
 pub(super) const HEAD: usize = 12;
 
 /// Where a block lies.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Extent {
     /// Where it starts, in bytes.
     pub offset: u64,
@@ -48,7 +49,7 @@ impl SpillWriter {
     pub fn create(dir: &ScratchDir, name: &str, block_bytes: usize) -> SpillWriter {
         let block = block_bytes.clamp(SMALLEST_BLOCK, LARGEST_BLOCK);
         let path = dir.place(name);
-        let file = SpillFile { dir: dir.clone(), path, length: 0, payload: 0, block, largest: 0 };
+        let file = SpillFile { dir: Some(dir.clone()), path, length: 0, payload: 0, block, largest: 0 };
         SpillWriter { file, pending: Vec::new(), handle: None, keep_open: true }
     }
 
@@ -145,7 +146,9 @@ impl SpillWriter {
         };
         handle.write_all(bytes).map_err(SpillError::io(&self.file.path, "cannot write"))?;
         self.file.length += bytes.len() as u64;
-        self.file.dir.grew(bytes.len() as u64);
+        if let Some(dir) = &self.file.dir {
+            dir.grew(bytes.len() as u64);
+        }
         if self.keep_open {
             self.handle = Some(handle);
         }
@@ -153,10 +156,11 @@ impl SpillWriter {
     }
 }
 
-/// A temporary file that was written; removed when it is dropped.
+/// A temporary file that was written; removed when it is dropped, unless it is kept.
 #[derive(Debug)]
 pub struct SpillFile {
-    dir: ScratchDir,
+    /// Where it counts as temporary; none for a file that is kept.
+    dir: Option<ScratchDir>,
     path: PathBuf,
     /// Bytes on the disk.
     length: u64,
@@ -207,6 +211,32 @@ impl SpillFile {
         Ok(BlockReader::new(self, handle))
     }
 
+    /// A file of so many bytes that another process has kept, for [`SpillFile::blocks`].
+    ///
+    /// # Errors
+    /// If the file is not there or has another length.
+    pub fn kept(path: &Path, length: u64) -> Result<SpillFile, SpillError> {
+        let found = fs::metadata(path).map_err(SpillError::io(path, "cannot open the file"))?.len();
+        if found != length {
+            let (path, offset) = (path.to_owned(), found.min(length));
+            return Err(SpillError::Corrupt { path, offset, reason: "the file has another length" });
+        }
+        let (path, payload) = (path.to_owned(), length);
+        Ok(SpillFile { dir: None, path, length, payload, block: SMALLEST_BLOCK, largest: 0 })
+    }
+
+    /// Gives the file the name `path`, on the same disk, where it stays. What is in it is on the disk by then, if `handle`
+    /// is one of it; the name is not, as long as nobody syncs the directory.
+    pub(super) fn keep(&mut self, handle: &File, path: &Path) -> Result<(), SpillError> {
+        handle.sync_all().map_err(SpillError::io(&self.path, "cannot sync the file"))?;
+        fs::rename(&self.path, path).map_err(SpillError::io(&self.path, "cannot give the file its name"))?;
+        self.path = path.to_owned();
+        if let Some(dir) = self.dir.take() {
+            dir.shrank(self.length);
+        }
+        Ok(())
+    }
+
     fn open(&self) -> Result<File, SpillError> {
         File::open(&self.path).map_err(SpillError::io(&self.path, "cannot open the file"))
     }
@@ -214,10 +244,10 @@ impl SpillFile {
 
 impl Drop for SpillFile {
     fn drop(&mut self) {
-        if self.length > 0 {
+        if let (Some(dir), true) = (&self.dir, self.length > 0) {
             // What cannot be removed goes with the directory.
             let _ = fs::remove_file(&self.path);
-            self.dir.shrank(self.length);
+            dir.shrank(self.length);
         }
     }
 }

@@ -6,13 +6,15 @@
 //! an error that names the file and the offset, and never a wrong number.
 //!
 //! Memory: a writer holds one block, a reader holds one block; [`Buckets`] holds one for each of its files; a [`Sorter`] is
-//! told how much it may hold. Nothing is synced to the disk, because nothing here outlives the process.
+//! told how much it may hold. Nothing is synced to the disk, because nothing here outlives the process; but a file that
+//! is worth it can be kept ([`BlockReader::keep`]), and is synced then.
 
 mod buckets;
 mod disk;
 mod error;
 mod file;
 mod place;
+mod point;
 mod reader;
 mod scratch;
 mod sorter;
@@ -21,9 +23,10 @@ pub use buckets::Buckets;
 pub use disk::{check_room, free_bytes, is_in_memory};
 pub use error::SpillError;
 pub use file::{Extent, SpillFile, SpillWriter};
-pub use place::ScratchPlace;
+pub use place::{Ground, ScratchPlace};
+pub use point::{at_points, point};
 pub use reader::{BlockReader, SpillReader};
-pub use scratch::ScratchDir;
+pub use scratch::{ScratchDir, remove_left_behind};
 pub use sorter::{Merge, Record, Sorted, Sorter};
 
 /// Largest block that is worth having: beyond it, a disk does not get faster.

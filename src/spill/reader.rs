@@ -5,6 +5,7 @@ use super::file::{Extent, HEAD, SpillFile, head};
 use std::fs::File;
 use std::io::{self, Read};
 use std::os::unix::fs::FileExt;
+use std::path::Path;
 
 /// Reads one block of `file` at `extent` into `out`.
 fn read_block(file: &SpillFile, handle: &File, extent: Extent, out: &mut Vec<u8>) -> Result<(), SpillError> {
@@ -84,7 +85,7 @@ impl Read for SpillReader<'_> {
     }
 }
 
-/// Reads blocks of a temporary file in any order. Shared between threads; the file goes with it.
+/// Reads blocks of a temporary file in any order. Shared between threads; the file goes with it, unless it is kept.
 #[derive(Debug)]
 pub struct BlockReader {
     file: SpillFile,
@@ -99,6 +100,19 @@ impl BlockReader {
     /// The file.
     pub fn file(&self) -> &SpillFile {
         &self.file
+    }
+
+    /// Has the file stay behind as `path`, on the same disk, for [`SpillFile::kept`].
+    ///
+    /// # Errors
+    /// If the system refuses, or nothing was ever written.
+    pub fn keep(&mut self, path: &Path) -> Result<(), SpillError> {
+        match &self.handle {
+            Some(handle) => self.file.keep(handle, path),
+            None => {
+                Err(SpillError::Corrupt { path: path.to_owned(), offset: 0, reason: "the file is empty" })
+            }
+        }
     }
 
     /// Replaces `out` by the payload of the block at `extent`.

@@ -2,7 +2,7 @@
 
 use super::SpillError;
 use std::fs::{self, DirBuilder};
-use std::io::ErrorKind;
+use std::io::{self, ErrorKind};
 use std::os::unix::fs::DirBuilderExt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -86,6 +86,45 @@ impl ScratchDir {
     }
 }
 
+/// Removes the scratch directories that killed processes have left below `parent`, each with the files in it and nothing
+/// else: what holds a directory, or is a link, was not made here and stays. No other process may use `parent`.
+///
+/// # Errors
+/// If the system refuses.
+pub fn remove_left_behind(parent: &Path) -> Result<(), SpillError> {
+    let failed = |path: &Path| SpillError::io(path, "cannot remove what a run has left behind");
+    for entry in fs::read_dir(parent).map_err(failed(parent))? {
+        let entry = entry.map_err(failed(parent))?;
+        let (path, name) = (entry.path(), entry.file_name());
+        let is_directory = entry.file_type().map_err(failed(&path))?.is_dir();
+        if is_directory && name.to_str().is_some_and(is_scratch) {
+            remove_flat(&path).map_err(failed(&path))?;
+        }
+    }
+    Ok(())
+}
+
+/// Whether `name` is `crease-scratch-PID-N`.
+fn is_scratch(name: &str) -> bool {
+    let number = |text: &str| !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit());
+    let numbers = name.strip_prefix(PREFIX).and_then(|rest| rest.split_once('-'));
+    numbers.is_some_and(|(process, n)| number(process) && number(n))
+}
+
+/// Removes a directory and the files in it, unless there is something else.
+fn remove_flat(directory: &Path) -> io::Result<()> {
+    for entry in fs::read_dir(directory)? {
+        let entry = entry?;
+        if entry.file_type()?.is_file() {
+            fs::remove_file(entry.path())?;
+        }
+    }
+    match fs::remove_dir(directory) {
+        Err(e) if e.kind() == ErrorKind::DirectoryNotEmpty => Ok(()),
+        other => other,
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -104,6 +143,31 @@ mod tests {
         assert!(!path.exists() && b.path().is_dir());
         drop(b);
         assert_eq!(fs::read_dir(parent.path()).expect("list").count(), 0);
+    }
+
+    #[test]
+    fn what_was_left_behind_goes_and_nothing_else() {
+        let parent = tempfile::tempdir().expect("a temporary directory");
+        let at = |name: &str| parent.path().join(name);
+        for name in
+            ["crease-scratch-7-0", "crease-scratch-7", "crease-scratch-7-x", "other", "crease-scratch-8-1"]
+        {
+            fs::create_dir(at(name)).expect("create");
+            fs::write(at(name).join("rows-0"), "bytes").expect("write");
+        }
+        fs::create_dir(at("crease-scratch-8-1").join("mine")).expect("create");
+        std::os::unix::fs::symlink(at("other"), at("crease-scratch-9-0")).expect("link");
+        remove_left_behind(parent.path()).expect("removed");
+        let mut left: Vec<String> = fs::read_dir(parent.path())
+            .expect("list")
+            .map(|e| e.expect("entry").file_name().to_string_lossy().into_owned())
+            .collect();
+        left.sort();
+        assert_eq!(
+            left,
+            ["crease-scratch-7", "crease-scratch-7-x", "crease-scratch-8-1", "crease-scratch-9-0", "other"]
+        );
+        assert!(at("other").join("rows-0").exists() && at("crease-scratch-8-1").join("mine").exists());
     }
 
     #[test]

@@ -22,9 +22,10 @@
 use super::component::{Finished, Part, Rules, finish};
 use super::fragments::{Candidate, Defects, Fragments, Kind, Seam};
 use crate::mesh::VertexId;
+use serde::{Deserialize, Serialize};
 
 /// A component, as far as one tile sees it, that others may add to.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct OpenPart {
     /// Of which graph.
     pub kind: Kind,
@@ -35,7 +36,7 @@ pub struct OpenPart {
 }
 
 /// What a tile hands over to be stitched.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct TileShare {
     /// What is closed.
     pub finished: Finished,

@@ -17,6 +17,7 @@ use super::{prune, smooth};
 use crate::config::{Params, method};
 use crate::mesh::VertexId;
 use crate::partition::Scale;
+use serde::{Deserialize, Serialize};
 
 /// What decides about lines.
 #[derive(Clone, Copy, Debug)]
@@ -38,7 +39,7 @@ impl Rules {
 }
 
 /// A part of the candidate graph. Nothing needs to be in order, and anything may be there several times.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Part {
     /// Every vertex that a link or edge names.
     pub vertices: Vec<Candidate>,
@@ -64,7 +65,7 @@ impl Part {
 }
 
 /// A line under global ids.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FinishedLine {
     /// From end to end, from the end that makes the sequence the smaller one; a closed line ends on its first vertex.
     pub ids: Vec<VertexId>,
@@ -73,7 +74,7 @@ pub struct FinishedLine {
 }
 
 /// Lines that nothing can change any more.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Finished {
     /// Every vertex that a line runs through, ascending, and whether a crease does: then its fitted point is one.
     pub vertices: Vec<(LineVertex, bool)>,

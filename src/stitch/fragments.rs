@@ -40,7 +40,7 @@ impl Class {
 }
 
 /// A vertex that lines may run through.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Candidate {
     /// Global id.
     pub id: VertexId,
@@ -65,7 +65,7 @@ pub struct Candidate {
 }
 
 /// A path of one to three mesh edges between ridge vertices or stops.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LinkPath {
     ids: [VertexId; 4],
     len: u8,
@@ -113,7 +113,7 @@ impl Kind {
 }
 
 /// A mesh edge that has not exactly two faces.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct OpenEdge {
     /// Its ends, lower id first.
     pub ends: [VertexId; 2],
@@ -129,7 +129,7 @@ impl OpenEdge {
 }
 
 /// A vertex that other tiles may name as well.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Seam {
     /// The vertex.
     pub vertex: VertexId,
@@ -165,7 +165,7 @@ impl Defects {
 }
 
 /// The fields of one vertex, as the attribute table has them.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct VertexFields {
     /// Global id.
     pub id: VertexId,

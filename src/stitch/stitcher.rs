@@ -11,7 +11,6 @@ use super::open::{Held, OpenComponents};
 use super::store::{LineStore, StoredLines};
 use crate::mesh::TileId;
 use crate::spill::ScratchPlace;
-use std::path::Path;
 
 /// Takes the shares of tiles.
 #[derive(Debug)]
@@ -66,13 +65,12 @@ pub struct Stitched {
 }
 
 impl Stitcher {
-    /// Nothing yet. Lines that do not fit into `memory` go to files in a directory below `scratch`, which is made when the
-    /// first of them does.
-    pub fn new(rules: Rules, memory: LineMemory, scratch: &Path) -> Stitcher {
+    /// Nothing yet. Lines that do not fit into `memory` go to files in `scratch`, which is made when the first of them does.
+    pub fn new(rules: Rules, memory: LineMemory, scratch: &ScratchPlace) -> Stitcher {
         Stitcher {
             rules,
             open: OpenComponents::new(memory.open),
-            store: LineStore::new(memory.lines, &ScratchPlace::below(scratch)),
+            store: LineStore::new(memory.lines, scratch),
             largest_salience: 0.0,
             defects: Defects::default(),
             links: 0,

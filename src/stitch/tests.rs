@@ -10,6 +10,7 @@ use crate::refine::{Bend, Fit};
 use glam::DVec3;
 use proptest::prelude::*;
 use std::collections::BTreeSet;
+use std::path::Path;
 
 /// Vertices on a side of the grid.
 const SIDE: u64 = 14;
@@ -122,7 +123,7 @@ fn rules(shortest: f64, min_angle_deg: f64) -> Rules {
 fn streamed(world: &World, order: &[u32], rules: Rules, lines: u64) -> ([LineSet; 2], u64) {
     let parent = tempfile::tempdir().expect("a temporary directory");
     let memory = LineMemory { open: u64::MAX, lines };
-    let mut stitcher = Stitcher::new(rules, memory, parent.path());
+    let mut stitcher = Stitcher::new(rules, memory, &parent.path().into());
     for &tile in order {
         stitcher.take(close(world.fragments(TileId(tile)), &rules, &|_| ())).expect("room");
         stitcher.done(TileId(tile)).expect("room");
@@ -136,7 +137,7 @@ fn streamed(world: &World, order: &[u32], rules: Rules, lines: u64) -> ([LineSet
 
 /// Both geometries, from one tile.
 fn at_once(world: &World, rules: Rules) -> [LineSet; 2] {
-    let mut stitcher = Stitcher::new(rules, LineMemory::UNBOUNDED, "/nowhere".as_ref());
+    let mut stitcher = Stitcher::new(rules, LineMemory::UNBOUNDED, &Path::new("/nowhere").into());
     let share = close(world.whole(), &rules, &|_| ());
     assert!(share.open.is_empty());
     stitcher.take(share).expect("room");

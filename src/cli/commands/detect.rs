@@ -4,46 +4,60 @@
 
 use crate::cli::args::DetectArgs;
 use crate::cli::exit::{Exit, Failure};
+use crate::cli::interrupt::Interrupts;
 use crate::cli::memory::Allocations;
 use crate::cli::progress::Progress;
 use crate::cli::summary::{Outcome, Written};
 use crate::cli::{console, memory, targets};
 use crate::error::Error;
 use crate::input::{MeshSource, PlySource};
-use crate::output::{AttributeFile, FieldSink, OutputError, directory_of, stage_ply};
+use crate::output::{AttributeFile, FieldSink, part_of, stage_ply};
 use crate::pipeline::{Detection, Event, Job, Observer, Stage};
-use crate::stitch::{Geometry, LineSource, Statistics, StoredLines};
+use crate::stitch::{LineSource, Statistics, StoredLines};
+use crate::workspace::{Workspace, WorkspaceError};
+use std::ffi::OsString;
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-/// Does what `args` ask for.
+/// Does what `args` ask for, which come from the command line `words`.
 ///
 /// # Errors
 /// If anything fails; there is no output then.
-pub(in crate::cli) fn detect(args: &DetectArgs, allocations: Allocations) -> Result<Exit, Failure> {
+pub(in crate::cli) fn detect(
+    args: &DetectArgs,
+    words: &[OsString],
+    allocations: Allocations,
+) -> Result<Exit, Failure> {
     console::start_log(args.report.verbose);
     let started = Instant::now();
     let (params, limits) = (args.params(), args.work.limits());
     let output = args.output.clone().unwrap_or_else(|| targets::default_output(&args.input));
     let outputs: Vec<&Path> =
         [Some(output.as_path()), args.attributes.as_deref()].into_iter().flatten().collect();
-    targets::check(&args.input, &outputs, args.force)?;
+    let workspace = args.work.workspace.as_deref().map_or_else(|| Workspace::beside(&output), Workspace::at);
+    // What a run had begun to hand over when it was killed may be handed over again.
+    let begun = |output: &Path| targets::place(output).is_some_and(|place| workspace.has_announced(&place));
+    targets::check(&args.input, &outputs, |output| args.force || begun(output))?;
 
     let source = PlySource::open(&args.input, limits.io)?;
     let progress = Progress::new(args.progress(), args.report.verbose, allocations);
-    let of_run = |error| Failure::of_run(&args.input, error);
-    let workspace = args.work.workspace.as_deref().unwrap_or_else(|| directory_of(&output));
-    let job =
-        Job::new(&source, params, limits, &progress).map_err(of_run)?.with_workspace(workspace, args.force);
-    let attributes = args
-        .attributes
-        .as_deref()
-        .map(|path| Ok(AttributeFile::create(path, &source)?.with_workspace(workspace)))
-        .transpose()
-        .map_err(of_run)?;
-    let outputs_of = (output.as_path(), args.attributes.as_deref());
-    let found = run(&job, attributes, outputs_of, args.geometry.into(), &progress).map_err(of_run)?;
+    let parts = outputs.iter().map(|output| part_of(output)).collect();
+    let interrupts = Interrupts::watch(&workspace, parts, words)
+        .map_err(|e| Failure::new(Exit::Resource, format!("cannot watch for signals: {e}")))?;
+    let run = Run { args, output: &output, workspace: &workspace, progress: &progress };
+    let found = match run.all(&source, &interrupts) {
+        Ok(found) => found,
+        Err(error) => {
+            interrupts.claim_end();
+            return run.gave_up(error, &interrupts);
+        }
+    };
+    interrupts.claim_end();
+    let concluded = if args.keep_workspace { workspace.conclude() } else { workspace.remove() };
+    if let Err(error) = concluded {
+        tracing::warn!("{error}");
+    }
 
     if !args.quiet {
         let outcome = Outcome {
@@ -69,49 +83,95 @@ pub(in crate::cli) fn detect(args: &DetectArgs, allocations: Allocations) -> Res
     Ok(Exit::Done)
 }
 
-/// Detects and writes, and sums the lines up. A file that is not finished when this fails is removed by whoever drops it.
-fn run(
-    job: &Job,
-    mut attributes: Option<AttributeFile>,
-    (output, table): (&Path, Option<&Path>),
-    geometry: Geometry,
-    progress: &Progress,
-) -> Result<Detection<Statistics>, Error> {
-    let found = job.run_stored(attributes.as_mut().map(|file| file as &mut dyn FieldSink))?;
-    let (stage, total) = (Stage::Write, found.lines.counts().lines);
-    let started = Instant::now();
-    progress.event(Event::Started { stage, total });
-    let mut found = found.try_map(|lines| {
-        let lines = lines.with_geometry(geometry);
-        let statistics = Statistics::of(&lines)?;
-        write(&lines, attributes, output, table)?;
-        Ok::<_, Error>(statistics)
-    })?;
-    progress.event(Event::Advanced { stage, by: total });
-    let wall = started.elapsed();
-    progress.event(Event::Finished { stage, wall });
-    found.work.stages.push((stage, wall));
-    Ok(found)
+/// What a run works with.
+struct Run<'a> {
+    args: &'a DetectArgs,
+    output: &'a Path,
+    workspace: &'a Workspace,
+    progress: &'a Progress,
+}
+
+impl Run<'_> {
+    /// Detects and writes, and sums the lines up. A file that is not finished when this fails is removed by whoever drops
+    /// it.
+    fn all(&self, source: &PlySource, interrupts: &Interrupts) -> Result<Detection<Statistics>, Error> {
+        let Run { args, workspace, progress, .. } = *self;
+        let table = args.attributes.as_deref();
+        let mut attributes = table
+            .map(|path| {
+                Ok::<_, Error>(AttributeFile::create(path, source)?.with_scratch(workspace.scratch()))
+            })
+            .transpose()?;
+        let job = Job::new(source, args.params(), args.work.limits(), progress)?
+            .with_workspace(workspace, args.force)
+            .with_stop(interrupts.flag());
+        let found = job.run_stored(attributes.as_mut().map(|file| file as &mut dyn FieldSink))?;
+        let (stage, total) = (Stage::Write, found.lines.counts().lines);
+        let started = Instant::now();
+        progress.event(Event::Started { stage, total });
+        let mut found = found.try_map(|lines| {
+            let lines = lines.with_geometry(args.geometry.into());
+            let statistics = Statistics::of(&lines)?;
+            write(&lines, attributes, self.output, table, workspace)?;
+            Ok::<_, Error>(statistics)
+        })?;
+        progress.event(Event::Advanced { stage, by: total });
+        let wall = started.elapsed();
+        progress.event(Event::Finished { stage, wall });
+        found.work.stages.push((stage, wall));
+        Ok(found)
+    }
+
+    /// Says why the run ended, and what is left of it. A workspace that another run could not go on with is removed.
+    fn gave_up(&self, error: Error, interrupts: &Interrupts) -> Result<Exit, Failure> {
+        let Run { args, workspace, .. } = *self;
+        // One that was refused is not ours to touch.
+        let refused = match &error {
+            Error::Workspace(error) => !matches!(error, WorkspaceError::Io { .. }),
+            _ => false,
+        };
+        let kept = !refused && workspace.is_worth_keeping();
+        let exit = match error {
+            Error::Stopped => Ok(interrupts.report()),
+            error => Err(Failure::of_run(&args.input, error)),
+        };
+        if !refused
+            && !kept
+            && let Err(error) = workspace.remove()
+        {
+            tracing::warn!("{error}");
+        }
+        exit.map_err(|failure| match kept {
+            true => failure.and(&format!("what is done is kept in {}", workspace.path().display())),
+            false => failure,
+        })
+    }
 }
 
 /// Writes everything before anything gets its name, because a full disk shows while writing. Two files cannot appear in
-/// one instant: if the second does not get its name, the first is taken away again.
+/// one instant: if the second does not get its name, the first is taken away again; and if the process dies in between,
+/// the workspace says that they may be replaced.
 fn write(
     found: &StoredLines,
     attributes: Option<AttributeFile>,
     output: &Path,
     table: Option<&Path>,
-) -> Result<(), OutputError> {
+    workspace: &Workspace,
+) -> Result<(), Error> {
     let lines = stage_ply(output, found)?;
+    let outputs: Vec<PathBuf> =
+        [Some(output), table].into_iter().flatten().filter_map(targets::place).collect();
+    workspace.announce(&outputs)?;
     if let Some(attributes) = attributes {
         attributes.finish(found.largest_salience())?;
     }
-    lines.commit().inspect_err(|_| {
+    let committed = lines.commit().inspect_err(|_| {
         if let Some(table) = table {
             // The error to report is the one that brought us here.
             let _ = fs::remove_file(table);
         }
-    })
+    });
+    Ok(committed?)
 }
 
 #[cfg(test)]
@@ -133,11 +193,13 @@ mod tests {
 
         // A directory that turned up meanwhile keeps the lines from getting their name.
         fs::create_dir(&lines).expect("create");
-        write(&found, attributes(), &lines, Some(&table)).expect_err("there is a directory in the way");
+        write(&found, attributes(), &lines, Some(&table), &Workspace::at(&directory.path().join("work")))
+            .expect_err("there is a directory in the way");
         assert_eq!(fs::read_dir(directory.path()).expect("list").count(), 1);
 
         fs::remove_dir(&lines).expect("remove");
-        write(&found, attributes(), &lines, Some(&table)).expect("nothing is in the way");
+        write(&found, attributes(), &lines, Some(&table), &Workspace::at(&directory.path().join("work")))
+            .expect("nothing is in the way");
         assert_eq!(fs::read_dir(directory.path()).expect("list").count(), 2);
     }
 }

@@ -1,5 +1,7 @@
 //! Progress as a bar on a terminal: stage, share, speed and what is left.
 
+use super::resumed;
+use crate::cli::console::say;
 use crate::pipeline::{Event, Observer, Stage};
 use indicatif::{
     HumanDuration, ProgressBar, ProgressDrawTarget, ProgressFinish, ProgressState, ProgressStyle,
@@ -26,6 +28,7 @@ impl Observer for Bar {
     fn event(&self, event: Event) {
         let mut current = self.current.lock().unwrap_or_else(PoisonError::into_inner);
         match event {
+            Event::Resumed { done, total, .. } => say(&resumed(done, total)),
             Event::Started { stage, total } => *current = Some(begin(stage, total)),
             Event::Advanced { by, .. } => {
                 if let Some(bar) = &*current {

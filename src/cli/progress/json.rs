@@ -1,9 +1,9 @@
 //! Progress for programs: one JSON object on each line.
 //!
-//! `event` is `started`, `advanced` or `finished`, `stage` one of
+//! `event` is `resumed`, `started`, `advanced` or `finished`, `stage` one of
 //! `order`, `scan`, `survey`, `tiles`, `stitch`, `write`. `done` and `total`
 //! count what `unit` says, since the start of the stage; a `total` of 0 means that it is not known. `seconds` is the time
-//! since the stage began. Advances are summed up, so that there are at most ten lines a second.
+//! since the stage began. `resumed` comes before `started` if some tiles were done by an earlier run. Advances are summed up, so that there are at most ten lines a second.
 
 use super::tally::Tallies;
 use crate::cli::console::say;
@@ -35,26 +35,33 @@ impl Json {
     }
 }
 
+/// Under the lock, so that lines come in the order of what they say.
+fn report(report: &Report) {
+    if let Ok(line) = serde_json::to_string(report) {
+        say(&line);
+    }
+}
+
 impl Observer for Json {
     fn event(&self, event: Event) {
         let mut tallies = self.tallies.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Event::Resumed { stage, done, total } = event {
+            report(&Report { event: "resumed", stage, unit: stage.unit(), done, total, seconds: 0.0 });
+        }
         let Some(tally) = tallies.take(event) else { return };
         let (event, elapsed) = match event {
+            Event::Resumed { .. } => return,
             Event::Started { .. } => ("started", Duration::ZERO),
             Event::Advanced { .. } | Event::Grown { .. } => ("advanced", tally.started.elapsed()),
             Event::Finished { wall, .. } => ("finished", wall),
         };
-        let report = Report {
+        report(&Report {
             event,
             stage: tally.stage,
             unit: tally.stage.unit(),
             done: tally.done,
             total: tally.total,
             seconds: elapsed.as_secs_f64(),
-        };
-        if let Ok(line) = serde_json::to_string(&report) {
-            // Still under the lock, so that lines come in the order of what they say.
-            say(&line);
-        }
+        });
     }
 }

@@ -10,6 +10,7 @@ mod tally;
 
 use super::args::ProgressKind;
 use super::memory::{Allocations, MemoryMeter, StageUse};
+use super::text::{counted, grouped};
 use crate::pipeline::{Event, Observer, Silent};
 use std::io::IsTerminal;
 
@@ -46,10 +47,15 @@ impl Observer for Progress {
         match event {
             Event::Started { stage, .. } => self.memory.enter(stage),
             Event::Finished { .. } => self.memory.leave(),
-            Event::Advanced { .. } | Event::Grown { .. } => {}
+            Event::Resumed { .. } | Event::Advanced { .. } | Event::Grown { .. } => {}
         }
         self.shown.event(event);
     }
+}
+
+/// That some tiles were done by an earlier run.
+fn resumed(done: u64, total: u64) -> String {
+    format!("crease: resumed: {} of {} were done", grouped(done), counted(total, "tile", "tiles"))
 }
 
 fn observer(kind: ProgressKind, with_log: bool) -> Box<dyn Observer> {

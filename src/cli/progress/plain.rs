@@ -1,5 +1,6 @@
 //! Progress as lines for a log: one when a stage begins, one when it ends, and one every few seconds.
 
+use super::resumed;
 use super::tally::{Tallies, Tally};
 use crate::cli::console::say;
 use crate::cli::text::{grouped, span};
@@ -24,6 +25,9 @@ impl Plain {
 impl Observer for Plain {
     fn event(&self, event: Event) {
         let mut tallies = self.tallies.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Event::Resumed { done, total, .. } = event {
+            say(&resumed(done, total));
+        }
         if let Some(tally) = tallies.take(event) {
             // Still under the lock, so that lines come in the order of what they say.
             say(&line(event, &tally, tally.started.elapsed()));
@@ -39,6 +43,7 @@ fn line(event: Event, tally: &Tally, elapsed: Duration) -> String {
         }
         Event::Started { .. } => format!("crease: {name} started"),
         Event::Finished { wall, .. } => format!("crease: {name} done, {}", span(wall)),
+        Event::Resumed { done, total, .. } => resumed(done, total),
         Event::Advanced { .. } | Event::Grown { .. } => {
             let percent = 100.0 * tally.done as f64 / tally.total.max(1) as f64;
             let left =

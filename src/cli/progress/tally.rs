@@ -37,6 +37,8 @@ impl Tallies {
                 self.current = Some(Tally { stage, done: 0, total, started: now, reported: now });
                 self.current
             }
+            // Comes before the stage does.
+            Event::Resumed { .. } => None,
             Event::Advanced { stage, by } => {
                 let tally = self.current.as_mut().filter(|tally| tally.stage == stage)?;
                 tally.done += by;

@@ -144,6 +144,10 @@ impl MeshSource for PlySource {
         if self.vertices.places.iter().any(|place| wide(place.kind)) { 8 } else { 4 }
     }
 
+    fn file(&self) -> Option<&Path> {
+        Some(self.path())
+    }
+
     fn vertex_offset(&self, id: VertexId) -> Option<u64> {
         self.vertices.offset(&self.source, id.0)
     }

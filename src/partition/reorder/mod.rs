@@ -24,7 +24,7 @@ mod store;
 
 pub use join::{Joined, join};
 pub use sort::sort;
-pub use store::SpatialStore;
+pub use store::{SortedTable, SpatialStore};
 
 use crate::input::MeshSource;
 use layout::Layout;

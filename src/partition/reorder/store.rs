@@ -7,8 +7,11 @@ use super::layout::{Face, Layout, number, put};
 use crate::input::{FaceBlock, InputError, MeshSource};
 use crate::mesh::{FaceId, VertexId};
 use crate::partition::{BlockSummary, Bounds};
-use crate::spill::{BlockReader, Extent};
+use crate::spill::{BlockReader, Extent, SpillError, SpillFile};
 use glam::DVec3;
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use std::path::Path;
 
 /// A mesh in spatial order. The faces have the ids of the file it was made from.
 pub struct SpatialStore<'a> {
@@ -17,6 +20,15 @@ pub struct SpatialStore<'a> {
     pub(super) blocks: BlockReader,
     pub(super) extents: Vec<Extent>,
     pub(super) summaries: Vec<BlockSummary>,
+}
+
+/// What must be known to use a store again that was kept.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SortedTable {
+    /// Bytes of the file.
+    bytes: u64,
+    extents: Vec<Extent>,
+    summaries: Vec<BlockSummary>,
 }
 
 /// Bytes of a row number in a table of so many vertices.
@@ -71,7 +83,35 @@ fn decode(layout: &Layout, bytes: &[u8], out: &mut FaceBlock, places: &mut Vec<[
     }
 }
 
-impl SpatialStore<'_> {
+impl<'a> SpatialStore<'a> {
+    /// Has the file stay behind as `path`, on the same disk. It is there for good when its directory was synced.
+    ///
+    /// # Errors
+    /// If the system refuses.
+    pub fn keep(&mut self, path: &Path) -> Result<SortedTable, SpillError> {
+        self.blocks.keep(path)?;
+        let (extents, summaries) = (self.extents.clone(), self.summaries.clone());
+        Ok(SortedTable { bytes: self.bytes(), extents, summaries })
+    }
+
+    /// A store of the faces of `source` that was kept as `path`. Every block of it is read and checked, using the current
+    /// thread pool: better now than after days.
+    ///
+    /// # Errors
+    /// If it is not there or not what it was.
+    pub fn reopen(
+        source: &'a dyn MeshSource,
+        path: &Path,
+        table: SortedTable,
+    ) -> Result<SpatialStore<'a>, SpillError> {
+        let blocks = SpillFile::kept(path, table.bytes)?.blocks()?;
+        let checked: Vec<Result<(), SpillError>> =
+            table.extents.par_iter().map(|&extent| blocks.read(extent, &mut Vec::new())).collect();
+        checked.into_iter().collect::<Result<(), _>>()?;
+        let SortedTable { extents, summaries, .. } = table;
+        Ok(SpatialStore { source, layout: Layout::of(source), blocks, extents, summaries })
+    }
+
     /// Its blocks, for the plan.
     pub fn summaries(&self) -> &[BlockSummary] {
         &self.summaries

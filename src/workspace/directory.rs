@@ -1,0 +1,426 @@
+//! The directory: who may use it, what is in it, and how it goes.
+//!
+//! It is made when the first file goes there. From then on it is locked, and the lock ends with the process, however that
+//! ends. Only files with our names are ever touched, so that any directory can be chosen.
+
+use super::durable::{self, Found, Purpose};
+use super::job::JobRecord;
+use super::log::{Label, Log, Place};
+use super::{WorkspaceError, marker};
+use crate::spill::{Ground, ScratchPlace, SpillError, point, remove_left_behind};
+use serde::Serialize;
+use std::fs::{self, File};
+use std::io::{self, ErrorKind};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
+use std::time::{Duration, Instant};
+use xxhash_rust::xxh3::xxh3_64;
+
+const OUTPUTS: &str = "crease-outputs";
+const JOB: &str = "crease-job";
+const TILES: &str = "crease-tiles";
+const SORTED: &str = "crease-sorted";
+/// All files but the marker, in the order in which they go: without the job the others are of no use to anybody.
+const FILES: [&str; 6] = [OUTPUTS, "crease-outputs.new", JOB, "crease-job.new", TILES, SORTED];
+
+const JOB_PURPOSE: Purpose = *b"CREASEjb";
+const OUTPUTS_PURPOSE: Purpose = *b"CREASEou";
+
+/// A directory for what a run keeps. Clones are the same workspace. Nothing is on the disk before it is needed.
+#[derive(Clone, Debug)]
+pub struct Workspace(Arc<Inner>);
+
+#[derive(Debug)]
+struct Inner {
+    path: PathBuf,
+    /// Whether the directory has a name of ours, so that it is ours whoever made it.
+    own: bool,
+    state: Mutex<State>,
+    /// Whether the marker is locked by us: what can be asked while the committer writes.
+    held: AtomicBool,
+    /// Tiles that are done, and all.
+    done: AtomicU64,
+    total: AtomicU64,
+}
+
+#[derive(Debug, Default)]
+struct State {
+    /// Locked as long as it is open.
+    marker: Option<File>,
+    /// Whether the directory goes with the workspace.
+    made: bool,
+    /// What the frames of the job carry.
+    job: Option<u64>,
+    log: Option<Log>,
+}
+
+impl Workspace {
+    /// In the directory `path`, which need not exist.
+    pub fn at(path: &Path) -> Workspace {
+        Workspace::new(path.to_owned(), false)
+    }
+
+    /// Beside `output`, in a directory with its name and `.crease-work` for its extension.
+    pub fn beside(output: &Path) -> Workspace {
+        Workspace::new(output.with_extension("crease-work"), true)
+    }
+
+    fn new(path: PathBuf, own: bool) -> Workspace {
+        let [done, total] = [0; 2].map(AtomicU64::new);
+        let held = AtomicBool::new(false);
+        Workspace(Arc::new(Inner { path, own, state: Mutex::default(), held, done, total }))
+    }
+
+    /// The directory.
+    pub fn path(&self) -> &Path {
+        &self.0.path
+    }
+
+    /// Where the mesh in spatial order is kept.
+    pub fn sorted(&self) -> PathBuf {
+        self.file(SORTED)
+    }
+
+    /// Temporary files, which come into a directory of their own here.
+    pub fn scratch(&self) -> ScratchPlace {
+        ScratchPlace::on(Arc::new(self.clone()))
+    }
+
+    /// Takes possession of the workspace if there is one already, and removes what nobody can use any more. Returns
+    /// whether there is one.
+    ///
+    /// # Errors
+    /// If another process works there, or it is of another version.
+    pub fn enter(&self) -> Result<bool, WorkspaceError> {
+        self.enter_in(&mut self.lock())
+    }
+
+    fn enter_in(&self, state: &mut State) -> Result<bool, WorkspaceError> {
+        if state.marker.is_some() {
+            return Ok(true);
+        }
+        let Some((file, made)) = marker::open(&self.0.path)? else { return Ok(false) };
+        remove_left_behind(&self.0.path).map_err(of_spill)?;
+        for name in FILES.iter().filter(|name| name.ends_with(".new")) {
+            remove_file(&self.file(name))?;
+        }
+        *state = State { marker: Some(file), made, ..State::default() };
+        self.0.held.store(true, Ordering::Relaxed);
+        Ok(true)
+    }
+
+    /// Makes the workspace, unless it is there.
+    ///
+    /// # Errors
+    /// If another process works there, or the system refuses.
+    pub fn begin(&self) -> Result<(), WorkspaceError> {
+        let mut state = self.lock();
+        if self.enter_in(&mut state)? {
+            return Ok(());
+        }
+        let path = &self.0.path;
+        let made = match fs::create_dir(path) {
+            Ok(()) => {
+                let parent = path.parent().filter(|parent| *parent != Path::new(""));
+                durable::sync_directory(parent.unwrap_or(Path::new(".")))?;
+                true
+            }
+            Err(e) if e.kind() == ErrorKind::AlreadyExists => false,
+            Err(e) => return Err(WorkspaceError::io(path, "cannot create the directory")(e)),
+        };
+        point("workspace-made");
+        let (file, made) = marker::create(path, made)?;
+        *state = State { marker: Some(file), made, ..State::default() };
+        self.0.held.store(true, Ordering::Relaxed);
+        point("workspace-begun");
+        Ok(())
+    }
+
+    /// The job that was begun here. A damaged one is none: without it nobody knows what the results are of.
+    ///
+    /// # Errors
+    /// If the system refuses.
+    pub fn job(&self) -> Result<Option<JobRecord>, WorkspaceError> {
+        let path = self.file(JOB);
+        let bytes = match durable::read(&path, JOB_PURPOSE)? {
+            Found::Nothing => return Ok(None),
+            Found::Damaged => Vec::new(),
+            Found::Bytes(bytes) => bytes,
+        };
+        let job: Option<JobRecord> = postcard::from_bytes(&bytes).ok();
+        match &job {
+            Some(job) => self.lock().job = Some(id_of(job, &path)?),
+            None => tracing::warn!("{}: damaged; the run starts from its beginning", path.display()),
+        }
+        Ok(job)
+    }
+
+    /// Gives up what was found here, if anything was, and begins `job`.
+    ///
+    /// # Errors
+    /// If the system refuses.
+    pub fn begin_job(&self, job: &JobRecord) -> Result<(), WorkspaceError> {
+        self.begin()?;
+        let path = self.file(JOB);
+        // In this order: a log is never beside a job that is not its own. Sorted faces are those of the new job already.
+        remove_file(&path)?;
+        remove_file(&self.file(TILES))?;
+        durable::write(&path, JOB_PURPOSE, &encode(job, &path)?)?;
+        let id = id_of(job, &path)?;
+        let mut state = self.lock();
+        (state.job, state.log) = (Some(id), None);
+        drop(state);
+        point("job-begun");
+        Ok(())
+    }
+
+    /// Replaces the record of the job by one that tells of another copy of the mesh; the results stay.
+    ///
+    /// # Errors
+    /// If the system refuses.
+    pub fn update_job(&self, job: &JobRecord) -> Result<(), WorkspaceError> {
+        let path = self.file(JOB);
+        durable::write(&path, JOB_PURPOSE, &encode(job, &path)?)
+    }
+
+    /// Opens the log of the job and returns the places of the results of all cells that are done.
+    ///
+    /// # Errors
+    /// If the system refuses.
+    pub fn results(&self) -> Result<Vec<Place>, WorkspaceError> {
+        let mut state = self.lock();
+        let path = self.file(TILES);
+        let (log, contents) = Log::open(&path, state.job.unwrap_or(0))?;
+        if contents.damaged > 0 {
+            let n = contents.damaged;
+            tracing::warn!("{}: {n} damaged: their tiles are done again", path.display());
+        }
+        // The name of the log survives a power cut as what is in it does.
+        durable::sync_directory(&self.0.path)?;
+        state.log = Some(log);
+        Ok(contents.places)
+    }
+
+    /// Keeps the result of a tile. Without [`Workspace::results`] there is nothing to keep it in, and nothing happens.
+    ///
+    /// # Errors
+    /// If the system refuses.
+    pub fn keep(&self, label: Label, result: &impl Serialize) -> Result<(), WorkspaceError> {
+        let bytes = encode(result, &self.0.path)?;
+        self.lock().log.as_mut().map_or(Ok(()), |log| log.append(label, &bytes))
+    }
+
+    /// A result, as bytes that `out` is replaced by.
+    ///
+    /// # Errors
+    /// If it is not any more what [`Workspace::results`] saw.
+    pub fn result<T: serde::de::DeserializeOwned>(&self, place: &Place) -> Result<T, WorkspaceError> {
+        let mut bytes = Vec::new();
+        let whole = self.lock().log.as_ref().map_or(Ok(false), |log| log.read(place, &mut bytes))?;
+        whole.then(|| postcard::from_bytes(&bytes).ok()).flatten().ok_or_else(|| WorkspaceError::Damaged {
+            directory: self.0.path.clone(),
+            path: self.file(TILES),
+            reason: format!("the result at byte {} is not what it was when the run began", place.offset),
+        })
+    }
+
+    /// Has all results survive a power cut.
+    ///
+    /// # Errors
+    /// If the system refuses.
+    pub fn sync(&self) -> Result<(), WorkspaceError> {
+        self.lock().log.as_mut().map_or(Ok(()), Log::sync)
+    }
+
+    /// Syncs what is kept, if the committer lets go of it within `patience`, and lets nobody write any more: the process
+    /// ends now. What is being written when patience ends is cut off by the next run.
+    pub fn freeze(&self, patience: Duration) {
+        let started = Instant::now();
+        loop {
+            match self.0.state.try_lock() {
+                Ok(mut state) => {
+                    // The process ends whatever happens, and results that are not synced are lost to power cuts only.
+                    let _ = state.log.as_mut().map_or(Ok(()), Log::sync);
+                    std::mem::forget(state);
+                    return;
+                }
+                Err(TryLockError::WouldBlock) if started.elapsed() < patience => {
+                    std::thread::sleep(Duration::from_millis(5));
+                }
+                Err(_) => return,
+            }
+        }
+    }
+
+    /// Says how many tiles are done, of how many.
+    pub fn count(&self, done: u64, total: u64) {
+        self.0.done.store(done, Ordering::Relaxed);
+        self.0.total.store(total, Ordering::Relaxed);
+    }
+
+    /// One more tile is done.
+    pub fn count_one(&self) {
+        self.0.done.fetch_add(1, Ordering::Relaxed);
+    }
+
+    /// How many tiles are done, of how many; `None` if nothing is kept.
+    pub fn counted(&self) -> Option<(u64, u64)> {
+        let total = self.0.total.load(Ordering::Relaxed);
+        (total > 0).then(|| (self.0.done.load(Ordering::Relaxed), total))
+    }
+
+    /// Notes that `outputs` get their names now: if the process dies in between, another run may replace them. Nothing
+    /// happens if nothing was begun.
+    ///
+    /// # Errors
+    /// If the system refuses.
+    pub fn announce(&self, outputs: &[PathBuf]) -> Result<(), WorkspaceError> {
+        if self.lock().marker.is_none() {
+            return Ok(());
+        }
+        let path = self.file(OUTPUTS);
+        // Bytes, because a path need not be text.
+        let names: Vec<&[u8]> = outputs.iter().map(|output| output.as_os_str().as_encoded_bytes()).collect();
+        durable::write(&path, OUTPUTS_PURPOSE, &encode(&names, &path)?)?;
+        point("outputs-announced");
+        Ok(())
+    }
+
+    /// Whether `output` was announced. Looks without taking possession.
+    pub fn has_announced(&self, output: &Path) -> bool {
+        let Ok(Found::Bytes(bytes)) = durable::read(&self.file(OUTPUTS), OUTPUTS_PURPOSE) else {
+            return false;
+        };
+        let names: Vec<Vec<u8>> = postcard::from_bytes(&bytes).unwrap_or_default();
+        names.iter().any(|name| name == output.as_os_str().as_encoded_bytes())
+    }
+
+    /// Forgets the outputs: they are all there, and nobody may replace them unasked.
+    ///
+    /// # Errors
+    /// If the system refuses.
+    pub fn conclude(&self) -> Result<(), WorkspaceError> {
+        match self.lock().marker {
+            Some(_) => remove_file(&self.file(OUTPUTS)),
+            None => Ok(()),
+        }
+    }
+
+    /// Whether there is something that another run could go on with. Waits for nobody.
+    pub fn is_worth_keeping(&self) -> bool {
+        let any = |name| fs::metadata(self.file(name)).is_ok_and(|found| found.len() > 0);
+        self.0.held.load(Ordering::Relaxed) && any(JOB) && (any(TILES) || any(SORTED))
+    }
+
+    /// Removes the workspace, if there is one: our files, and the directory if it was made for them and nothing else is in
+    /// it.
+    ///
+    /// # Errors
+    /// If the system refuses.
+    pub fn remove(&self) -> Result<(), WorkspaceError> {
+        let mut state = self.lock();
+        if state.marker.is_none() {
+            return Ok(());
+        }
+        remove_all(&self.0.path)?;
+        if state.made || self.0.own {
+            remove_directory(&self.0.path)?;
+        }
+        // The lock goes last.
+        self.0.held.store(false, Ordering::Relaxed);
+        *state = State::default();
+        Ok(())
+    }
+
+    fn file(&self, name: &str) -> PathBuf {
+        self.0.path.join(name)
+    }
+
+    fn lock(&self) -> MutexGuard<'_, State> {
+        // Every method leaves it whole, whoever panicked elsewhere.
+        self.0.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Ground for Workspace {
+    fn ground(&self) -> Result<PathBuf, SpillError> {
+        match self.begin() {
+            Ok(()) => Ok(self.0.path.clone()),
+            Err(WorkspaceError::Io { path, action, source }) => Err(SpillError::Io { path, action, source }),
+            Err(other) => Err(SpillError::Io {
+                path: self.0.path.clone(),
+                action: "cannot be used",
+                source: io::Error::other(other),
+            }),
+        }
+    }
+}
+
+/// Removes the workspace in `directory` and nothing else; the directory too, if nothing else is in it.
+///
+/// # Errors
+/// If there is no workspace of ours, a run works there, or the system refuses.
+pub fn clean(directory: &Path) -> Result<(), WorkspaceError> {
+    if !marker::is_ours(directory) {
+        return Err(WorkspaceError::Foreign { path: directory.to_owned(), marker: marker::MARKER });
+    }
+    // Whatever the version: it is being given up.
+    let _lock = match marker::open(directory) {
+        Ok(lock) => lock,
+        Err(WorkspaceError::Damaged { .. }) => None,
+        Err(other) => return Err(other),
+    };
+    remove_all(directory)?;
+    remove_directory(directory)
+}
+
+/// Our files in `directory`, the marker last: what is left after a death in between can be removed in the same way.
+fn remove_all(directory: &Path) -> Result<(), WorkspaceError> {
+    for name in FILES {
+        remove_file(&directory.join(name))?;
+        point("workspace-half-removed");
+    }
+    remove_left_behind(directory).map_err(of_spill)?;
+    remove_file(&directory.join(marker::MARKER))
+}
+
+fn remove_file(path: &Path) -> Result<(), WorkspaceError> {
+    match fs::remove_file(path) {
+        Err(e) if e.kind() != ErrorKind::NotFound => {
+            Err(WorkspaceError::io(path, "cannot remove the file")(e))
+        }
+        _ => Ok(()),
+    }
+}
+
+fn remove_directory(path: &Path) -> Result<(), WorkspaceError> {
+    match fs::remove_dir(path) {
+        Err(e) if !matches!(e.kind(), ErrorKind::NotFound | ErrorKind::DirectoryNotEmpty) => {
+            Err(WorkspaceError::io(path, "cannot remove the directory")(e))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// What the frames of a job carry: a checksum of all that its results depend on. Which copy of the mesh they were computed
+/// from is not part of it.
+fn id_of(job: &JobRecord, path: &Path) -> Result<u64, WorkspaceError> {
+    Ok(xxh3_64(&encode(&(&job.identity, &job.cells), path)?))
+}
+
+fn encode(value: &(impl Serialize + ?Sized), path: &Path) -> Result<Vec<u8>, WorkspaceError> {
+    let failed = WorkspaceError::io(path, "cannot encode");
+    postcard::to_allocvec(value).map_err(|e| failed(io::Error::other(e)))
+}
+
+fn of_spill(error: SpillError) -> WorkspaceError {
+    match error {
+        SpillError::Io { path, action, source } => WorkspaceError::Io { path, action, source },
+        other => WorkspaceError::Io {
+            path: PathBuf::new(),
+            action: "cannot remove temporary files",
+            source: io::Error::other(other),
+        },
+    }
+}
