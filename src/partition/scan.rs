@@ -6,7 +6,7 @@
 //!
 //! Positions are checked first: a coordinate that is not finite ends the run before anything is computed from it.
 
-use crate::input::{FaceBlock, InputError, MeshSource};
+use crate::input::{FaceBlock, InputError, MeshSource, is_usable};
 use crate::mesh::VertexId;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -97,8 +97,6 @@ const MARK_SHARE: u64 = 4;
 const HISTOGRAM_SHARE: u64 = 8;
 /// Positions checked by one task.
 const VERTEX_CHUNK: u64 = 1 << 16;
-/// Products of four coordinates must stay finite; nothing that is measured in any unit comes near.
-const LARGEST_COORDINATE: f64 = 1e75;
 
 /// Scans `source` within `memory` bytes, using the current thread pool.
 ///
@@ -110,7 +108,9 @@ pub fn scan(
     memory: u64,
     progress: &(dyn Fn(u64) + Sync),
 ) -> Result<Scan, InputError> {
-    check_positions(source)?;
+    if !source.only_usable() {
+        check_positions(source)?;
+    }
     let faces = source.face_count();
     let most_samples = (memory / SAMPLE_SHARE / size_of::<DVec3>() as u64).clamp(1, MOST_SAMPLES);
     let stride = faces.div_ceil(most_samples).max(1);
@@ -152,8 +152,7 @@ fn check_positions(source: &dyn MeshSource) -> Result<(), InputError> {
             let first = chunk * VERTEX_CHUNK;
             let mut positions = Vec::new();
             source.read_positions(VertexId(first), (n - first).min(VERTEX_CHUNK) as usize, &mut positions)?;
-            // `all` with `<` is false for NaN too.
-            match positions.iter().position(|p| !p.to_array().iter().all(|x| x.abs() < LARGEST_COORDINATE)) {
+            match positions.iter().position(|&p| !is_usable(p)) {
                 None => Ok(()),
                 Some(i) => Err(InputError::BadCoordinate {
                     path: source.name().into(),

@@ -13,7 +13,7 @@ use super::paper::PaperMethod;
 use super::planned::Planned;
 use crate::config::{Limits, Method, NO_LIMIT, PaperThresholds, Params};
 use crate::error::Error;
-use crate::input::MeshSource;
+use crate::input::{InputError, MeshSource};
 use crate::mesh::TileId;
 use crate::output::FieldSink;
 use crate::partition::{PaperReach, Pass, Scale, Scan, scan};
@@ -155,7 +155,17 @@ impl<'a> Job<'a> {
     /// # Errors
     /// If the input is bad, a parameter does not suit it, or there is not even memory for the plan.
     pub fn plan(&self) -> Result<Planned, Error> {
-        self.plan_of(self.source)
+        self.believed(Stage::Scan, self.plan_of(self.source))
+    }
+
+    /// What a stage has made of the input, or its error, unless the input changed meanwhile: then neither can be believed.
+    fn believed<T>(&self, stage: Stage, result: Result<T, Error>) -> Result<T, Error> {
+        match self.source.unchanged() {
+            Ok(()) => result,
+            Err(error @ InputError::Changed { .. }) => Err(Error::Changed { stage: stage.name(), error }),
+            // That the look itself failed hides no other error.
+            Err(error) => result.and(Err(error.into())),
+        }
     }
 
     fn plan_of(&self, source: &dyn MeshSource) -> Result<Planned, Error> {
@@ -195,14 +205,16 @@ impl<'a> Job<'a> {
             Method::Paper(thresholds) => {
                 self.observer.event(Event::Started { stage: Stage::Survey, total: 2 * tiles });
                 let started = Instant::now();
-                let extremes = self.survey(source, &planned, thresholds, &mut work)?;
+                let extremes = self.survey(source, &planned, thresholds, &mut work);
+                let extremes = self.believed(Stage::Survey, extremes)?;
                 self.finished(Stage::Survey, started, &mut work);
                 extremes
             }
         };
         self.observer.event(Event::Started { stage: Stage::Tiles, total: tiles });
         let started = Instant::now();
-        let stitcher = self.tiles(source, &planned, &extremes, fields, &mut work)?;
+        let stitcher = self.tiles(source, &planned, &extremes, fields, &mut work);
+        let stitcher = self.believed(Stage::Tiles, stitcher)?;
         self.finished(Stage::Tiles, started, &mut work);
         // Temporary files go before the results come.
         drop(mesh);
@@ -254,7 +266,7 @@ impl<'a> Job<'a> {
         job: impl FnOnce() -> Result<T, Error>,
     ) -> Result<T, Error> {
         let started = Instant::now();
-        let done = job()?;
+        let done = self.believed(stage, job())?;
         self.finished(stage, started, work);
         Ok(done)
     }
@@ -382,7 +394,7 @@ impl<'a> Job<'a> {
         failed: Sender<Outcome<'b, T>>,
     ) {
         loop {
-            match guarded(admission.next_id(), || admission.next()) {
+            match guarded(admission.next_id(), || self.believed(stage, admission.next())) {
                 Ok(None) => return,
                 Ok(Some(Next::Cut)) => self.observer.event(Event::Grown { stage, by: 1 }),
                 Ok(Some(Next::Tile(tile))) => {

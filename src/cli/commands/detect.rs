@@ -7,9 +7,9 @@ use crate::cli::exit::{Exit, Failure};
 use crate::cli::memory::Allocations;
 use crate::cli::progress::Progress;
 use crate::cli::summary::{Outcome, Written};
-use crate::cli::{console, memory, targets};
+use crate::cli::{bus_error, console, memory, targets};
 use crate::error::Error;
-use crate::input::{MeshSource, PlySource};
+use crate::input::{MeshSource, PlySource, Sieve};
 use crate::output::{AttributeFile, FieldSink, OutputError, directory_of, stage_ply};
 use crate::pipeline::{Detection, Event, Job, Observer, Stage};
 use crate::stitch::{Geometry, LineSource, Statistics, StoredLines};
@@ -30,16 +30,19 @@ pub(in crate::cli) fn detect(args: &DetectArgs, allocations: Allocations) -> Res
         [Some(output.as_path()), args.attributes.as_deref()].into_iter().flatten().collect();
     targets::check(&args.input, &outputs, args.force)?;
 
-    let source = PlySource::open(&args.input, limits.io)?;
+    bus_error::watch(&args.input);
+    let file = PlySource::open(&args.input, limits.io)?;
+    let sieve = args.bad.sieve(&file)?;
+    let source: &dyn MeshSource = sieve.as_ref().map_or(&file, |sieve| sieve);
     let progress = Progress::new(args.progress(), args.report.verbose, allocations);
     let of_run = |error| Failure::of_run(&args.input, error);
     let workspace = args.work.workspace.as_deref().unwrap_or_else(|| directory_of(&output));
     let job =
-        Job::new(&source, params, limits, &progress).map_err(of_run)?.with_workspace(workspace, args.force);
+        Job::new(source, params, limits, &progress).map_err(of_run)?.with_workspace(workspace, args.force);
     let attributes = args
         .attributes
         .as_deref()
-        .map(|path| Ok(AttributeFile::create(path, &source)?.with_workspace(workspace)))
+        .map(|path| Ok(AttributeFile::create(path, source)?.with_workspace(workspace)))
         .transpose()
         .map_err(of_run)?;
     let outputs_of = (output.as_path(), args.attributes.as_deref());
@@ -50,6 +53,7 @@ pub(in crate::cli) fn detect(args: &DetectArgs, allocations: Allocations) -> Res
             input: &source.name(),
             params: &params,
             found: &found,
+            left_out: sieve.as_ref().map(Sieve::left_out).unwrap_or_default(),
             threads: limits.threads,
             io: args.work.io.name(),
             wall: started.elapsed(),

@@ -9,6 +9,7 @@ mod plain;
 mod tally;
 
 use super::args::ProgressKind;
+use super::bus_error;
 use super::memory::{Allocations, MemoryMeter, StageUse};
 use crate::pipeline::{Event, Observer, Silent};
 use std::io::IsTerminal;
@@ -44,7 +45,10 @@ impl Progress {
 impl Observer for Progress {
     fn event(&self, event: Event) {
         match event {
-            Event::Started { stage, .. } => self.memory.enter(stage),
+            Event::Started { stage, .. } => {
+                self.memory.enter(stage);
+                bus_error::enter(stage);
+            }
             Event::Finished { .. } => self.memory.leave(),
             Event::Advanced { .. } | Event::Grown { .. } => {}
         }
