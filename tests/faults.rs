@@ -7,11 +7,16 @@
 
 mod support;
 
+use crease::input::{IoMode, PlySource};
+use crease::output::{AttributeFile, stage_ply};
+use crease::stitch::{LineMemory, LineSource};
+use crease::{Error, Job, Limits, Order, Params, Silent, Tiling};
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::OnceLock;
-use support::command::{Ended, Place, ended};
-use support::fixture;
+use support::command::{Ended, PATIENCE, Place, ended};
+use support::{Mesh, fixture};
 
 /// Errors of a disk, as the system numbers them, and what a message about each must say.
 const ERRORS: [(i32, &str); 4] =
@@ -39,6 +44,15 @@ fn shim() -> &'static Path {
 /// A call that the run made: its name and the path.
 type Site = (String, String);
 
+/// Which program a scene is played in.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Program {
+    /// The real one.
+    Binary,
+    /// [`in_little_memory`], which reaches what the binary does on meshes that are too large for a test.
+    Library,
+}
+
 /// What is run: `words` after `detect INPUT`, in a directory of its own, with the input in another.
 struct Scene {
     input: Place,
@@ -46,6 +60,7 @@ struct Scene {
     words: String,
     /// Whether it is the input that fails, and not what is written.
     reading: bool,
+    program: Program,
     /// The outputs of a run without faults.
     expected: Vec<(String, Vec<u8>)>,
 }
@@ -56,12 +71,25 @@ impl Scene {
         let (input, work) = (Place::new(), Place::new());
         let words = words.replace("{}", work.path("").to_str().expect("a path").trim_end_matches('/'));
         std::fs::copy(fixture(&format!("meshes/{mesh}.ply")), input.path("mesh.ply")).expect("copy");
-        let mut scene = Scene { input, work, words, reading, expected: Vec::new() };
+        Scene { input, work, words, reading, program: Program::Binary, expected: Vec::new() }.begun()
+    }
+
+    /// A mesh in no order, and hardly any memory for anything.
+    fn in_little_memory() -> Scene {
+        let (input, work) = (Place::new(), Place::new());
+        input.write("mesh.ply", &scattered().ply());
+        let (words, program) = (String::new(), Program::Library);
+        Scene { input, work, words, reading: false, program, expected: Vec::new() }.begun()
+    }
+
+    /// The scene with what a run without faults writes.
+    fn begun(mut self) -> Scene {
+        let scene = &mut self;
         let good = scene.command().ended();
         assert_eq!(good.code, Some(0), "{good:?}");
         scene.expected = scene.outputs();
         assert!(!scene.expected.is_empty());
-        scene
+        self
     }
 
     fn outputs(&self) -> Vec<(String, Vec<u8>)> {
@@ -76,6 +104,12 @@ impl Scene {
     }
 
     fn command(&self) -> Run {
+        if self.program == Program::Library {
+            let mut command = assert_cmd::Command::new(std::env::current_exe().expect("this test"));
+            command.args(["--exact", "in_little_memory", "--nocapture"]).timeout(PATIENCE);
+            command.env(CHILD, self.work.path("")).env(CHILD_INPUT, self.input.path("mesh.ply"));
+            return Run(command);
+        }
         let mut command = self.work.command();
         command.args(["detect", "--progress", "none", "--threads", "1"]);
         command.arg(self.input.path("mesh.ply")).args(self.words.split_whitespace());
@@ -111,7 +145,8 @@ impl Scene {
         assert_eq!(good.code, Some(0), "{good:?}");
         assert!(self.outputs() == self.expected, "the shim alone changes the result");
         assert!(sites.len() >= 2, "{sites:?}");
-        for at in 1..=sites.len() {
+        println!("{} calls, of which {} fail", sites.len(), self.chosen(&sites).len());
+        for at in self.chosen(&sites) {
             let (error, said) = ERRORS[at % ERRORS.len()];
             self.clear();
             let (ended, sites) = self.with_fault(at, error);
@@ -128,7 +163,7 @@ impl Scene {
             let line = ended.error();
             assert!(line.contains(said), "{what}");
             assert!(self.names_the_file(line), "{what}");
-            if matches!(error, 28 | 122) && !self.reading {
+            if matches!(error, 28 | 122) && !self.reading && self.program == Program::Binary {
                 assert!(line.contains("make room"), "{what}");
             }
             assert_eq!(self.work.names(), Vec::<String>::new(), "{what}");
@@ -136,6 +171,21 @@ impl Scene {
             assert_eq!(again.code, Some(0), "{what}, and then {again:?}");
             self.has_exactly_what_was_expected(&what);
         }
+    }
+
+    /// The calls that fail, one at a time: all of them, or of many the first, the middle and the last of each kind, by name
+    /// and file.
+    fn chosen(&self, sites: &[Site]) -> Vec<usize> {
+        if self.program == Program::Binary {
+            return (1..=sites.len()).collect();
+        }
+        let mut kinds: BTreeMap<(&str, String), Vec<usize>> = BTreeMap::new();
+        for (at, (call, path)) in (1..).zip(sites) {
+            let file: String = path.chars().filter(|c| !c.is_ascii_digit()).collect();
+            kinds.entry((call, file)).or_default().push(at);
+        }
+        let three = |at: &Vec<usize>| [at[0], at[at.len() / 2], at[at.len() - 1]];
+        kinds.values().flat_map(three).collect::<BTreeSet<_>>().into_iter().collect()
     }
 
     fn names_the_file(&self, line: &str) -> bool {
@@ -159,7 +209,12 @@ struct Run(assert_cmd::Command);
 
 impl Run {
     fn ended(mut self) -> Ended {
-        ended(&mut self.0)
+        let mut ended = ended(&mut self.0);
+        // A test that does what it should succeeds, also where the run inside of it fails.
+        if ended.code == Some(0) && ended.err.contains("crease: error: ") {
+            ended.code = Some(4);
+        }
+        ended
     }
 }
 
@@ -171,6 +226,53 @@ fn harmless((call, path): &Site) -> bool {
         "mmap" => true,
         _ => false,
     }
+}
+
+/// Where [`in_little_memory`] works, and on what; without them, there is nothing to do.
+const CHILD: &str = "CREASE_TEST_IN_LITTLE_MEMORY";
+const CHILD_INPUT: &str = "CREASE_TEST_INPUT";
+
+/// A roof whose faces and vertices come in no order, the same in every run.
+fn scattered() -> Mesh {
+    let roof = Mesh::roof(40);
+    let (n, m) = (roof.positions.len(), roof.faces.len());
+    // Both steps have no divisor in common with the lengths, so that each is met once.
+    let (vertex, face) = (|v: usize| v * 1013 % n, |f: usize| f * 1237 % m);
+    let mut mesh = roof.clone();
+    (0..n).for_each(|v| mesh.positions[vertex(v)] = roof.positions[v]);
+    (0..m).for_each(|f| mesh.faces[face(f)] = roof.faces[f].map(|v| vertex(v as usize) as u32));
+    mesh
+}
+
+#[test]
+fn in_little_memory() {
+    let variable = |name| std::env::var_os(name).map(PathBuf::from);
+    let (Some(work), Some(input)) = (variable(CHILD), variable(CHILD_INPUT)) else { return };
+    let run = || -> Result<(), Error> {
+        let source = PlySource::open(&input, IoMode::Read)?;
+        let limits =
+            Limits { tiling: Tiling::Faces(900), threads: 1, order: Order::Rewrite, ..Limits::default() };
+        let params = Params { boundaries: true, ..Params::default() };
+        let mut fields = AttributeFile::create(&work.join("fields.ply"), &source)?.with_memory(1);
+        let found = Job::new(&source, params, limits, &Silent)?
+            .with_workspace(&work, false)
+            .with_order_memory(1)
+            .with_line_memory(LineMemory { open: u64::MAX, lines: 1 << 12 })
+            .run_stored(Some(&mut fields))?;
+        assert!(found.work.rewritten && found.lines.spilled(), "this tests nothing");
+        let largest = found.lines.largest_salience();
+        let lines = stage_ply(&work.join("lines.ply"), &found.lines)?;
+        fields.finish(largest)?;
+        Ok(lines.commit().inspect_err(|_| drop(std::fs::remove_file(work.join("fields.ply"))))?)
+    };
+    if let Err(error) = run() {
+        eprintln!("crease: error: {error}");
+    }
+}
+
+#[test]
+fn everything_that_goes_to_temporary_files() {
+    Scene::in_little_memory().each_call_fails_once();
 }
 
 #[test]
