@@ -31,8 +31,8 @@ pub struct Gap {
 /// Fetching a wide surrounding at once is cheaper there than coming back for every edge; wider than this, it is not.
 const MOST_MARGIN: u32 = 16;
 /// Cubes beyond the main box, some 40 MB of them, after which nothing more is guessed: on a mesh with long edges to
-/// everywhere, wide surroundings of all their ends would take more memory than the mesh. Airborne scans in tiles of all
-/// sizes stay below.
+/// everywhere, wide surroundings of all their ends would take more memory than the mesh. A tile that needs more cubes is
+/// loaded more often, and gets them.
 const MOST_GUESSED: usize = 1 << 20;
 /// The margin from there on: the cubes of a level, which are needed in any case.
 const LEAST_MARGIN: i64 = 1;
