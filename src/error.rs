@@ -16,6 +16,14 @@ pub enum Error {
     /// The input cannot be read or is not a mesh.
     #[error(transparent)]
     Input(InputError),
+    /// The input is not what it was when the run began, so that nothing that was read from it can be believed.
+    #[error("{error} (found in stage `{stage}`)")]
+    Changed {
+        /// What the run was doing when that was seen.
+        stage: &'static str,
+        /// What is different.
+        error: InputError,
+    },
     /// A parameter does not suit this mesh.
     #[error(transparent)]
     Param(#[from] ParamError),

@@ -6,7 +6,7 @@
 use super::memory_limit::default_memory;
 use super::method::{MethodArgs, refusal};
 use crate::config::{Limits, Order, Params, Sigma, Tiling, method};
-use crate::input::IoMode;
+use crate::input::{InputError, IoMode, MeshSource, Sieve};
 use crate::stitch::Geometry;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use std::ffi::OsString;
@@ -115,6 +115,9 @@ pub(super) struct DetectArgs {
     pub boundaries: bool,
 
     #[command(flatten)]
+    pub bad: BadFacesArgs,
+
+    #[command(flatten)]
     pub work: WorkArgs,
 
     /// Where the lines run: `vertices`, the default, along edges of the mesh, from vertex to vertex; `fitted`, where the
@@ -179,6 +182,9 @@ pub(super) struct InfoArgs {
     pub sigma: SigmaArgs,
 
     #[command(flatten)]
+    pub bad: BadFacesArgs,
+
+    #[command(flatten)]
     pub work: WorkArgs,
 
     #[command(flatten)]
@@ -226,6 +232,33 @@ impl SigmaArgs {
             (None, None) => Params::default().sigma,
         }
     }
+}
+
+/// What is done about faces that cannot be used.
+#[derive(Debug, Args)]
+pub(super) struct BadFacesArgs {
+    /// What to do about faces that name vertices that do not exist or have coordinates that are not finite: `error`, the
+    /// default, stops at the first; `skip` leaves them out and counts them.
+    #[arg(long, value_enum, value_name = "WHAT", help_heading = WHAT, default_value = "error",
+          hide_default_value = true, hide_possible_values = true)]
+    bad_faces: BadFaces,
+}
+
+impl BadFacesArgs {
+    /// The source that leaves them out, if that was asked for.
+    pub fn sieve<'a>(&self, source: &'a dyn MeshSource) -> Result<Option<Sieve<'a>>, InputError> {
+        match self.bad_faces {
+            BadFaces::Error => Ok(None),
+            BadFaces::Skip => Sieve::new(source).map(Some),
+        }
+    }
+}
+
+/// What is done about faces that cannot be used.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum BadFaces {
+    Error,
+    Skip,
 }
 
 /// How the work is cut up.

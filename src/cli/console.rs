@@ -25,9 +25,14 @@ pub(super) fn say(line: &str) {
     let _ = io::stderr().lock().write_all(format!("{line}\n").as_bytes());
 }
 
-/// Reports a failure, on one line whatever is in the message: names of files may contain anything.
+/// Reports a failure.
 pub(super) fn error(message: &str) {
-    say(&format!("crease: error: {}", one_line(message)));
+    say(&error_line(message));
+}
+
+/// A failure on one line, whatever is in the message: names of files may contain anything.
+pub(super) fn error_line(message: &str) -> String {
+    format!("crease: error: {}", one_line(message))
 }
 
 fn one_line(message: &str) -> String {

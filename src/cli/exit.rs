@@ -84,6 +84,7 @@ impl Failure {
     pub fn of_run(input: &Path, error: Error) -> Failure {
         match error {
             Error::Input(error) => error.into(),
+            error @ Error::Changed { .. } => Failure::new(Exit::BadInput, error.to_string()),
             Error::Output(error) => error.into(),
             Error::Spill(error) => error.into(),
             Error::Workspace(error) => error.into(),
@@ -167,6 +168,16 @@ mod tests {
             (failure.exit, failure.message.as_str()),
             (Exit::BadInput, "scan.ply: not a regular file")
         );
+    }
+
+    #[test]
+    fn an_input_that_changes_is_3_and_names_file_and_stage() {
+        let error = InputError::Changed { path: "scan.ply".into(), reason: "it was removed".to_owned() };
+        let failure = of(Error::Changed { stage: "tiles", error });
+        assert_eq!(failure.exit, Exit::BadInput);
+        for part in ["scan.ply: ", "it was removed", "run again", "stage `tiles`"] {
+            assert!(failure.message.contains(part), "{part} is not in {failure:?}");
+        }
     }
 
     #[test]

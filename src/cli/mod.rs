@@ -10,6 +10,7 @@
 //! ```
 
 mod args;
+mod bus_error;
 mod commands;
 mod console;
 mod exit;

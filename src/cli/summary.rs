@@ -7,6 +7,7 @@ use super::text::{
     bytes, counted, decimals_for, entry, grouped, measure, percent, span, table, with_decimals,
 };
 use crate::config::{Method, NO_LIMIT, PaperThresholds, Params, method};
+use crate::input::LeftOut;
 use crate::pipeline::Detection;
 use crate::stitch::{Class, ClassTotal, Statistics};
 use std::fmt;
@@ -18,6 +19,8 @@ pub(super) struct Outcome<'a> {
     pub input: &'a str,
     pub params: &'a Params,
     pub found: &'a Detection<Statistics>,
+    /// Faces that were not used because they could not be.
+    pub left_out: LeftOut,
     pub threads: usize,
     pub io: &'static str,
     /// Of the whole run.
@@ -40,6 +43,27 @@ pub(super) struct Outcome<'a> {
 pub(super) struct Written<'a> {
     pub path: &'a Path,
     pub bytes: Option<u64>,
+}
+
+/// Faces that were left out, each kind with its words for one and for many.
+pub(super) fn left_out_rows(left_out: &LeftOut) -> [(u64, &'static str, &'static str); 3] {
+    [
+        (
+            left_out.missing,
+            "face left out: it names a vertex that does not exist",
+            "faces left out: they name vertices that do not exist",
+        ),
+        (
+            left_out.unusable,
+            "face left out: it has coordinates that are not finite",
+            "faces left out: they have coordinates that are not finite",
+        ),
+        (
+            left_out.vertices,
+            "vertex with coordinates that are not finite",
+            "vertices with coordinates that are not finite",
+        ),
+    ]
 }
 
 /// Classes in the order in which they interest.
@@ -129,6 +153,7 @@ impl Outcome<'_> {
 
     fn defects(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (seen, scan) = (&self.found.defects, &self.found.scan);
+        let left_out = left_out_rows(&self.left_out);
         let all = [
             (seen.degenerate_faces, "face without area", "faces without area"),
             (scan.repeated_corner, "face that names a vertex twice", "faces that name a vertex twice"),
@@ -146,8 +171,9 @@ impl Outcome<'_> {
             ),
             (scan.unreferenced, "vertex that no face uses", "vertices that no face uses"),
         ];
-        let rows: Vec<(u64, &str)> = all
+        let rows: Vec<(u64, &str)> = left_out
             .into_iter()
+            .chain(all)
             .filter(|(n, ..)| *n > 0)
             .map(|(n, one, many)| (n, if n == 1 { one } else { many }))
             .collect();
@@ -285,6 +311,7 @@ mod tests {
             input: "scan.ply",
             params,
             found,
+            left_out: LeftOut::default(),
             threads: 2,
             io: "auto",
             wall: Duration::from_secs(2),

@@ -1,4 +1,4 @@
-//! A file as random-access bytes.
+//! A file as random-access bytes, and whether it still is the file that was opened.
 //!
 //! In: a path. Out: any range of the file, borrowed from a memory map or read into a buffer of the caller's. Every
 //! range is checked against the length the file had when it was opened, so nothing is allocated for bytes that do
@@ -7,9 +7,9 @@
 use super::InputError;
 use super::map::map;
 use memmap2::Mmap;
-use std::fs::{self, File};
+use std::fs::{self, File, Metadata};
 use std::io;
-use std::os::unix::fs::FileExt;
+use std::os::unix::fs::{FileExt, MetadataExt};
 use std::path::{Path, PathBuf};
 
 /// How the bytes of a file are reached.
@@ -18,16 +18,42 @@ pub enum IoMode {
     /// Map the file; read it if the system refuses to map it.
     #[default]
     Auto,
-    /// Map the file, which must not be changed or truncated during the run.
+    /// Map the file, which must not be changed or truncated during the run: a program that has not called
+    /// [`exit_on_bus_error`](super::exit_on_bus_error) dies of it.
     Map,
     /// Read each range when it is needed.
     Read,
 }
 
-#[derive(Debug)]
-enum Backing {
-    Map(Mmap),
-    File(File),
+/// What tells a file from what it was, or from another one. Times are in seconds and nanoseconds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Identity {
+    device: u64,
+    inode: u64,
+    length: u64,
+    modified: (i64, i64),
+}
+
+impl Identity {
+    fn of(metadata: &Metadata) -> Identity {
+        Identity {
+            device: metadata.dev(),
+            inode: metadata.ino(),
+            length: metadata.len(),
+            modified: (metadata.mtime(), metadata.mtime_nsec()),
+        }
+    }
+
+    /// What makes `now` another state or another file, if anything does.
+    fn change(&self, now: &Identity) -> Option<String> {
+        if (self.device, self.inode) != (now.device, now.inode) {
+            Some("another file has taken its place".to_owned())
+        } else if self.length != now.length {
+            Some(format!("it had {} bytes and has {}", self.length, now.length))
+        } else {
+            (self.modified != now.modified).then(|| "it was written to".to_owned())
+        }
+    }
 }
 
 /// A regular file, opened for random access.
@@ -35,7 +61,10 @@ enum Backing {
 pub struct ByteSource {
     path: PathBuf,
     len: u64,
-    backing: Backing,
+    file: File,
+    map: Option<Mmap>,
+    /// When it was opened.
+    identity: Identity,
 }
 
 impl ByteSource {
@@ -61,11 +90,30 @@ impl ByteSource {
             IoMode::Map => Some(map(&file).map_err(io_error)?),
             IoMode::Auto => map(&file).ok(),
         };
-        let (len, backing) = match mapped {
-            Some(map) => (map.len() as u64, Backing::Map(map)),
-            None => (metadata.len(), Backing::File(file)),
+        let len = mapped.as_ref().map_or(metadata.len(), |map| map.len() as u64);
+        Ok(Self { path: path.to_owned(), len, file, map: mapped, identity: Identity::of(&metadata) })
+    }
+
+    /// Sees to it that the file, and the one that now has its name, are what was opened: same length, same time of the
+    /// last change. Costs two calls of the system.
+    ///
+    /// # Errors
+    /// [`InputError::Changed`] if they are not, [`InputError::Io`] if the system does not tell.
+    pub fn unchanged(&self) -> Result<(), InputError> {
+        let io_error = |source| InputError::Io { path: self.path.clone(), source };
+        let opened = self.file.metadata().map_err(io_error)?;
+        let named = match fs::metadata(&self.path) {
+            Err(error) if error.kind() == io::ErrorKind::NotFound => {
+                return Err(self.changed("it was removed"));
+            }
+            named => named.map_err(io_error)?,
         };
-        Ok(Self { path: path.to_owned(), len, backing })
+        let change = [opened, named].iter().find_map(|now| self.identity.change(&Identity::of(now)));
+        change.map_or(Ok(()), |reason| Err(self.changed(reason)))
+    }
+
+    fn changed(&self, reason: impl Into<String>) -> InputError {
+        InputError::Changed { path: self.path.clone(), reason: reason.into() }
     }
 
     /// The file.
@@ -85,10 +133,7 @@ impl ByteSource {
 
     /// All bytes, if the file is mapped.
     pub fn mapped(&self) -> Option<&[u8]> {
-        match &self.backing {
-            Backing::Map(map) => Some(map),
-            Backing::File(_) => None,
-        }
+        self.map.as_deref()
     }
 
     /// The `len` bytes from `offset` on: borrowed from the map, or read into `scratch`, whose content is replaced.
@@ -101,13 +146,13 @@ impl ByteSource {
         len: u64,
         scratch: &'a mut Vec<u8>,
     ) -> Result<&'a [u8], InputError> {
-        match &self.backing {
-            Backing::Map(map) => {
+        match &self.map {
+            Some(map) => {
                 let range = self.range(offset, len)?;
                 // The range lies inside the map, whose length is a usize.
                 Ok(&map[range.start as usize..range.end as usize])
             }
-            Backing::File(_) => {
+            None => {
                 self.read_into(offset, len, scratch)?;
                 Ok(scratch)
             }
@@ -120,19 +165,26 @@ impl ByteSource {
     /// If the range is not inside the file, or the system cannot read it.
     pub fn read_into(&self, offset: u64, len: u64, out: &mut Vec<u8>) -> Result<(), InputError> {
         let range = self.range(offset, len)?;
-        match &self.backing {
-            Backing::Map(map) => {
+        match &self.map {
+            Some(map) => {
                 out.clear();
                 out.extend_from_slice(&map[range.start as usize..range.end as usize]);
             }
-            Backing::File(file) => {
+            None => {
                 let len = usize::try_from(len).map_err(|_| {
                     self.io_error(io::ErrorKind::OutOfMemory, "more bytes than fit into memory")
                 })?;
                 // Whatever is in the buffer is overwritten, so only growth needs to be zeroed.
                 out.resize(len, 0);
-                file.read_exact_at(out, offset)
-                    .map_err(|source| InputError::Io { path: self.path.clone(), source })?;
+                self.file.read_exact_at(out, offset).map_err(|source| match source.kind() {
+                    // They were there when the file was opened.
+                    io::ErrorKind::UnexpectedEof => self.changed(format!(
+                        "it ends before byte {}, but it had {} bytes",
+                        offset + len as u64,
+                        self.len
+                    )),
+                    _ => InputError::Io { path: self.path.clone(), source },
+                })?;
             }
         }
         Ok(())
@@ -206,6 +258,59 @@ mod tests {
             assert!(source.is_empty());
             assert_eq!(source.bytes(0, 0, &mut Vec::new()).unwrap(), b"");
         }
+    }
+
+    #[test]
+    fn a_file_that_changes_is_told_from_one_that_does_not() {
+        type Change = fn(&Path);
+        let append: Change = |path| {
+            let mut file = File::options().append(true).open(path).unwrap();
+            std::io::Write::write_all(&mut file, b"more").unwrap();
+        };
+        let rewrite: Change = |path| {
+            let file = File::options().write(true).open(path).unwrap();
+            file.write_all_at(b"X", 0).unwrap();
+            // A clock that ticks slowly must not hide the change.
+            file.set_modified(std::time::SystemTime::UNIX_EPOCH).unwrap();
+        };
+        let replace: Change = |path| {
+            let other = path.with_extension("new");
+            fs::write(&other, vec![0; 256]).unwrap();
+            fs::rename(other, path).unwrap();
+        };
+        let cases: [(Change, &str); 5] = [
+            (append, "had 256 bytes and has 260"),
+            (rewrite, "written to"),
+            (replace, "another file has taken its place"),
+            (|path| fs::remove_file(path).unwrap(), "was removed"),
+            (|path| File::options().write(true).open(path).unwrap().set_len(100).unwrap(), "has 100"),
+        ];
+        for mode in MODES {
+            for (change, reason) in cases {
+                let dir = tempfile::tempdir().unwrap();
+                let path = dir.path().join("bytes");
+                fs::write(&path, vec![0; 256]).unwrap();
+                let source = ByteSource::open(&path, mode).unwrap();
+                source.unchanged().unwrap();
+                change(&path);
+                let error = source.unchanged().unwrap_err();
+                assert!(matches!(error, InputError::Changed { .. }), "{error}");
+                assert!(error.to_string().contains(reason), "{error}");
+            }
+        }
+    }
+
+    #[test]
+    fn reading_what_was_cut_off_is_an_error_that_says_so() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("bytes");
+        fs::write(&path, vec![0; 256]).unwrap();
+        let source = ByteSource::open(&path, IoMode::Read).unwrap();
+        File::options().write(true).open(&path).unwrap().set_len(100).unwrap();
+        let mut scratch = Vec::new();
+        source.bytes(0, 100, &mut scratch).unwrap();
+        let error = source.bytes(90, 20, &mut scratch).unwrap_err();
+        assert!(error.to_string().contains("it ends before byte 110, but it had 256 bytes"), "{error}");
     }
 
     #[test]

@@ -15,6 +15,14 @@ pub enum InputError {
         /// What the system said.
         source: io::Error,
     },
+    /// The file is not what it was when it was opened.
+    #[error("{path}: the file changed while it was read: {reason}; run again when nobody writes to it, or on a copy", path = path.display())]
+    Changed {
+        /// The file.
+        path: PathBuf,
+        /// What is different.
+        reason: String,
+    },
     /// The path names a directory, a pipe, a device.
     #[error("{path}: not a regular file", path = path.display())]
     NotAFile {
@@ -44,7 +52,7 @@ pub enum InputError {
         length: u64,
     },
     /// A face names a vertex that does not exist.
-    #[error("{path}: face {face} at byte {offset} names vertex {index}, but the file has {vertices} vertices", path = path.display())]
+    #[error("{path}: face {face} at byte {offset} names vertex {index}, but the file has {vertices} vertices; repair the mesh, or leave such faces out with --bad-faces skip", path = path.display())]
     IndexOutOfRange {
         /// The file.
         path: PathBuf,
@@ -100,7 +108,7 @@ pub enum InputError {
         count: u64,
     },
     /// A coordinate is NaN, infinite, or too large to be multiplied.
-    #[error("{path}: vertex {vertex} at byte {offset} has the position ({x}, {y}, {z}): coordinates must be finite and below 1e75 in magnitude", path = path.display())]
+    #[error("{path}: vertex {vertex} at byte {offset} has the position ({x}, {y}, {z}): coordinates must be finite and below 1e75 in magnitude; repair the mesh, or leave out the faces that use such vertices with --bad-faces skip", path = path.display())]
     BadCoordinate {
         /// The file.
         path: PathBuf,

@@ -2,18 +2,22 @@
 //!
 //! A [`MeshSource`] hands out *blocks* of consecutive triangles and positions by vertex id. Whatever it hands out has
 //! been checked: indices are in range and list lengths fit the file, so that nothing behind this layer needs to
-//! mistrust the input. Coordinates are handed out as they are; the scan refuses those that are not finite.
+//! mistrust the input. Coordinates are handed out as they are; the scan refuses those that are not finite. A [`Sieve`]
+//! leaves out the faces that would be refused.
 
 mod bytes;
 mod error;
 mod map;
 mod memory;
 pub mod ply;
+mod sieve;
 
 pub use bytes::{ByteSource, IoMode};
 pub use error::InputError;
+pub use map::{exit_on_bus_error, say_on_bus_error};
 pub use memory::MemorySource;
 pub use ply::PlySource;
+pub use sieve::{LeftOut, Sieve, is_usable};
 
 use crate::mesh::{FaceId, VertexId};
 use glam::DVec3;
@@ -55,6 +59,14 @@ pub trait MeshSource: Sync {
     /// What to call this mesh in messages (usually the path).
     fn name(&self) -> String;
 
+    /// Sees to it that the mesh is still what it was when it was opened. Cheap enough to be asked for each tile.
+    ///
+    /// # Errors
+    /// [`InputError::Changed`] if it is not: then nothing that was read from it can be believed.
+    fn unchanged(&self) -> Result<(), InputError> {
+        Ok(())
+    }
+
     /// Number of vertices, referenced or not.
     fn vertex_count(&self) -> u64;
 
@@ -69,6 +81,21 @@ pub trait MeshSource: Sync {
     /// # Errors
     /// If the file cannot be read, or a corner names a vertex that does not exist.
     fn read_block(&self, block: usize, out: &mut FaceBlock) -> Result<(), InputError>;
+
+    /// Reads block `block` without the triangles that name a vertex that does not exist, and says how many those were. A
+    /// source that knows no such triangles, or cannot tell them, reads the block as it is.
+    ///
+    /// # Errors
+    /// If the file cannot be read.
+    fn read_existing(&self, block: usize, out: &mut FaceBlock) -> Result<u64, InputError> {
+        self.read_block(block, out)?;
+        Ok(0)
+    }
+
+    /// Whether no triangle is handed out whose coordinates cannot be used; unused vertices may have any.
+    fn only_usable(&self) -> bool {
+        false
+    }
 
     /// Appends the positions of `count` vertices from `first` on to `out`.
     ///

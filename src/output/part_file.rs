@@ -58,16 +58,22 @@ impl PartFile {
     /// Makes the file durable and gives it its name.
     ///
     /// # Errors
-    /// If the system refuses; the target is then as it was before.
+    /// If the system refuses; the target is then as it was before. Only if it fails in the very last step, when nobody knows
+    /// whether the name would survive a power cut, there is no target.
     pub fn commit(mut self) -> Result<(), OutputError> {
         self.file.sync_all().map_err(OutputError::io(&self.target, "cannot sync the file"))?;
+        // What can be refused is asked for while nothing has happened yet.
+        let directory = File::open(directory_of(&self.target))
+            .map_err(OutputError::io(&self.target, "cannot open the directory"))?;
         std::fs::rename(&self.part, &self.target)
             .map_err(OutputError::io(&self.target, "cannot give the file its name"))?;
         self.committed = true;
         point("output-renamed");
-        File::open(directory_of(&self.target))
-            .and_then(|directory| directory.sync_all())
-            .map_err(OutputError::io(&self.target, "cannot sync the directory"))
+        directory.sync_all().map_err(|error| {
+            // A run that failed leaves no result behind that the next one would trip over.
+            let _ = std::fs::remove_file(&self.target);
+            OutputError::io(&self.target, "cannot sync the directory")(error)
+        })
     }
 }
 

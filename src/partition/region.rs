@@ -30,6 +30,12 @@ pub struct Gap {
 /// Gaps beyond the first margin are mostly tentacles: a few long edges that lead far out, into places with few faces.
 /// Fetching a wide surrounding at once is cheaper there than coming back for every edge; wider than this, it is not.
 const MOST_MARGIN: u32 = 16;
+/// Cubes beyond the main box, some 40 MB of them, after which nothing more is guessed: on a mesh with long edges to
+/// everywhere, wide surroundings of all their ends would take more memory than the mesh. A tile that needs more cubes is
+/// loaded more often, and gets them.
+const MOST_GUESSED: usize = 1 << 20;
+/// The margin from there on: the cubes of a level, which are needed in any case.
+const LEAST_MARGIN: i64 = 1;
 
 impl Region {
     /// A region of one box.
@@ -91,7 +97,10 @@ impl Region {
             if self.contains(gap.cube) {
                 continue;
             }
-            let margin = i64::from(gap.margin.saturating_mul(generosity).min(MOST_MARGIN));
+            let mut margin = i64::from(gap.margin.saturating_mul(generosity).min(MOST_MARGIN));
+            if self.extra.len() > MOST_GUESSED {
+                margin = margin.min(LEAST_MARGIN);
+            }
             let around = CubeBox { min: gap.cube, max: gap.cube }.grown(margin);
             self.extra.extend(around.cubes().filter(|&c| !self.main.contains(c)));
             self.boxes.push(around);
@@ -117,5 +126,15 @@ mod tests {
         region.grow(&[Gap { cube: [6, 1, 1], margin: 9 }], 1);
         assert_eq!(region.boxes().count(), 3, "nothing was missing");
         assert!(region.meets(&CubeBox { min: [8, 3, 3], max: [90, 90, 90] }));
+    }
+
+    #[test]
+    fn long_edges_to_everywhere_do_not_fill_the_memory() {
+        let mut region = Region::new(CubeBox { min: [0; 3], max: [3; 3] });
+        let gaps: Vec<Gap> = (1..1000).map(|i| Gap { cube: [i * 1000, -i, 7], margin: 8 }).collect();
+        region.grow(&gaps, 64);
+        assert!(gaps.iter().all(|gap| region.contains(gap.cube) && region.covers_level(gap.cube)));
+        let widest = (2 * MOST_MARGIN as usize + 1).pow(3);
+        assert!(region.extra.len() < MOST_GUESSED + widest + 27 * gaps.len(), "{}", region.extra.len());
     }
 }

@@ -7,7 +7,7 @@
 //! Positions are checked first: a coordinate that is not finite ends the run before anything is computed from it.
 
 use super::content;
-use crate::input::{FaceBlock, InputError, MeshSource};
+use crate::input::{FaceBlock, InputError, MeshSource, is_usable};
 use crate::mesh::VertexId;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -101,8 +101,6 @@ const MARK_SHARE: u64 = 4;
 const HISTOGRAM_SHARE: u64 = 8;
 /// Positions checked by one task.
 pub(super) const VERTEX_CHUNK: u64 = 1 << 16;
-/// Products of four coordinates must stay finite; nothing that is measured in any unit comes near.
-const LARGEST_COORDINATE: f64 = 1e75;
 
 /// Scans `source` within `memory` bytes, using the current thread pool.
 ///
@@ -147,9 +145,11 @@ pub fn scan(
     })
 }
 
-/// Refuses coordinates that are not finite or too large to calculate with. Returns the digest of each chunk.
+/// Refuses coordinates that are not finite or too large to calculate with, unless the source hides those faces. Returns the
+/// digest of each chunk.
 fn check_positions(source: &dyn MeshSource) -> Result<Vec<u128>, InputError> {
     let n = source.vertex_count();
+    let hidden = source.only_usable();
     let chunks: Vec<u64> = (0..n.div_ceil(VERTEX_CHUNK)).collect();
     let checked: Vec<Result<u128, InputError>> = chunks
         .par_iter()
@@ -157,8 +157,7 @@ fn check_positions(source: &dyn MeshSource) -> Result<Vec<u128>, InputError> {
             let first = chunk * VERTEX_CHUNK;
             let mut positions = Vec::new();
             source.read_positions(VertexId(first), (n - first).min(VERTEX_CHUNK) as usize, &mut positions)?;
-            // `all` with `<` is false for NaN too.
-            match positions.iter().position(|p| !p.to_array().iter().all(|x| x.abs() < LARGEST_COORDINATE)) {
+            match positions.iter().position(|&p| !hidden && !is_usable(p)) {
                 None => Ok(content::of_positions(&positions)),
                 Some(i) => Err(InputError::BadCoordinate {
                     path: source.name().into(),

@@ -100,7 +100,7 @@ impl Job<'_> {
         loop {
             let next = guarded(admission.next_id(), || {
                 go_on(self.stop)?;
-                admission.next()
+                self.believed(stage, admission.next())
             });
             match next {
                 Ok(None) => return,

@@ -16,7 +16,7 @@ use super::prepare::Prepared;
 use super::stop::{NEVER, Stoppable};
 use crate::config::{Limits, Method, NO_LIMIT, PaperThresholds, Params};
 use crate::error::Error;
-use crate::input::MeshSource;
+use crate::input::{InputError, MeshSource};
 use crate::output::FieldSink;
 use crate::partition::{PaperReach, Pass, Scale, Scan};
 use crate::refine::{Extremes, OmegaRange};
@@ -175,7 +175,17 @@ impl<'a> Job<'a> {
     /// # Errors
     /// If the input is bad, a parameter does not suit it, or there is not even memory for the plan.
     pub fn plan(&self) -> Result<Planned, Error> {
-        self.plan_of(self.source)
+        self.believed(Stage::Scan, self.plan_of(self.source))
+    }
+
+    /// What a stage has made of the input, or its error, unless the input changed meanwhile: then neither can be believed.
+    pub(super) fn believed<T>(&self, stage: Stage, result: Result<T, Error>) -> Result<T, Error> {
+        match self.source.unchanged() {
+            Ok(()) => result,
+            Err(error @ InputError::Changed { .. }) => Err(Error::Changed { stage: stage.name(), error }),
+            // That the look itself failed hides no other error.
+            Err(error) => result.and(Err(error.into())),
+        }
     }
 
     /// Does the whole job, with all lines in memory at its end. The fields of all vertices go to `fields`, if there is a
@@ -208,7 +218,8 @@ impl<'a> Job<'a> {
             Method::Paper(thresholds) => {
                 let done = ledger.done(Pass::Omega).len() + ledger.done(Pass::Salience).len();
                 let started = self.started(Stage::Survey, done as u64, 2 * tiles);
-                let extremes = self.survey((mesh.source(), &planned, &mut ledger), thresholds, &mut work)?;
+                let extremes = self.survey((mesh.source(), &planned, &mut ledger), thresholds, &mut work);
+                let extremes = self.believed(Stage::Survey, extremes)?;
                 self.finished(Stage::Survey, started, &mut work);
                 extremes
             }
@@ -216,7 +227,8 @@ impl<'a> Job<'a> {
         work.resumed = (ledger.done(Pass::Links).len() as u64, tiles);
         let started = self.started(Stage::Tiles, work.resumed.0, tiles);
         let source = (mesh.source(), &planned, &mut ledger);
-        let stitcher = self.tiles(source, &extremes, (fields, with_fields), &mut work)?;
+        let stitcher = self.tiles(source, &extremes, (fields, with_fields), &mut work);
+        let stitcher = self.believed(Stage::Tiles, stitcher)?;
         self.finished(Stage::Tiles, started, &mut work);
         // Temporary files go before the results come.
         drop(mesh);
@@ -245,7 +257,7 @@ impl<'a> Job<'a> {
         job: impl FnOnce() -> Result<T, Error>,
     ) -> Result<T, Error> {
         let started = Instant::now();
-        let done = job()?;
+        let done = self.believed(stage, job())?;
         self.finished(stage, started, work);
         Ok(done)
     }

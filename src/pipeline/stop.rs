@@ -36,6 +36,14 @@ impl MeshSource for Stoppable<'_> {
         self.source.name()
     }
 
+    fn unchanged(&self) -> Result<(), InputError> {
+        self.source.unchanged()
+    }
+
+    fn only_usable(&self) -> bool {
+        self.source.only_usable()
+    }
+
     fn vertex_count(&self) -> u64 {
         self.source.vertex_count()
     }
@@ -51,6 +59,11 @@ impl MeshSource for Stoppable<'_> {
     fn read_block(&self, block: usize, out: &mut FaceBlock) -> Result<(), InputError> {
         self.go_on()?;
         self.source.read_block(block, out)
+    }
+
+    fn read_existing(&self, block: usize, out: &mut FaceBlock) -> Result<u64, InputError> {
+        self.go_on()?;
+        self.source.read_existing(block, out)
     }
 
     fn read_placed(

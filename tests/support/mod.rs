@@ -1,6 +1,7 @@
 //! What the tests share: running a job, collecting what it hands out, and reading the project's own PLY files.
 #![allow(dead_code, reason = "each test binary uses its own part of this")]
 
+pub mod command;
 pub mod paper_steps;
 pub mod steps;
 

@@ -8,9 +8,9 @@ use crate::cli::interrupt::Interrupts;
 use crate::cli::memory::Allocations;
 use crate::cli::progress::Progress;
 use crate::cli::summary::{Outcome, Written};
-use crate::cli::{console, memory, targets};
+use crate::cli::{bus_error, console, memory, targets};
 use crate::error::Error;
-use crate::input::{MeshSource, PlySource};
+use crate::input::{MeshSource, PlySource, Sieve};
 use crate::output::{AttributeFile, FieldSink, part_of, stage_ply};
 use crate::pipeline::{Detection, Event, Job, Observer, Stage};
 use crate::stitch::{LineSource, Statistics, StoredLines};
@@ -40,13 +40,16 @@ pub(in crate::cli) fn detect(
     let begun = |output: &Path| targets::place(output).is_some_and(|place| workspace.has_announced(&place));
     targets::check(&args.input, &outputs, |output| args.force || begun(output))?;
 
-    let source = PlySource::open(&args.input, limits.io)?;
+    bus_error::watch(&args.input);
+    let file = PlySource::open(&args.input, limits.io)?;
+    let sieve = args.bad.sieve(&file)?;
+    let source: &dyn MeshSource = sieve.as_ref().map_or(&file, |sieve| sieve);
     let progress = Progress::new(args.progress(), args.report.verbose, allocations);
     let parts = outputs.iter().map(|output| part_of(output)).collect();
     let interrupts = Interrupts::watch(&workspace, parts, words)
         .map_err(|e| Failure::new(Exit::Resource, format!("cannot watch for signals: {e}")))?;
     let run = Run { args, output: &output, workspace: &workspace, progress: &progress };
-    let found = match run.all(&source, &interrupts) {
+    let found = match run.all(source, &interrupts) {
         Ok(found) => found,
         Err(error) => {
             interrupts.claim_end();
@@ -64,6 +67,7 @@ pub(in crate::cli) fn detect(
             input: &source.name(),
             params: &params,
             found: &found,
+            left_out: sieve.as_ref().map(Sieve::left_out).unwrap_or_default(),
             threads: limits.threads,
             io: args.work.io.name(),
             wall: started.elapsed(),
@@ -94,7 +98,7 @@ struct Run<'a> {
 impl Run<'_> {
     /// Detects and writes, and sums the lines up. A file that is not finished when this fails is removed by whoever drops
     /// it.
-    fn all(&self, source: &PlySource, interrupts: &Interrupts) -> Result<Detection<Statistics>, Error> {
+    fn all(&self, source: &dyn MeshSource, interrupts: &Interrupts) -> Result<Detection<Statistics>, Error> {
         let Run { args, workspace, progress, .. } = *self;
         let table = args.attributes.as_deref();
         let mut attributes = table

@@ -3,15 +3,16 @@
 //! In: a mesh. Out: text. The file is scanned and the plan is made, but no tile is loaded.
 
 use crate::cli::args::InfoArgs;
-use crate::cli::console;
 use crate::cli::exit::{Exit, Failure};
 use crate::cli::memory::Allocations;
 use crate::cli::progress::Progress;
+use crate::cli::summary::left_out_rows;
 use crate::cli::text::{bytes, counted, entry, grouped, measure, with_decimals};
+use crate::cli::{bus_error, console};
 use crate::config::{Limits, NO_LIMIT, Params, method};
 use crate::error::Error;
 use crate::input::ply::{PropertyKind, ScalarType};
-use crate::input::{MeshSource, PlySource};
+use crate::input::{LeftOut, MeshSource, PlySource, Sieve};
 use crate::partition::{Locality, Scan, temporary_bytes, vertex_reads};
 use crate::pipeline::{Event, Job, Observer, Planned, Stage};
 use std::time::Instant;
@@ -26,24 +27,29 @@ const LEAST_STEPS: f64 = 100.0;
 pub(in crate::cli) fn info(args: &InfoArgs, allocations: Allocations) -> Result<Exit, Failure> {
     console::start_log(args.report.verbose);
     let limits = args.work.limits();
+    bus_error::watch(&args.input);
     let source = PlySource::open(&args.input, limits.io)?;
     let progress = Progress::new(args.report.progress, args.report.verbose, allocations);
     let params = Params { sigma: args.sigma.sigma(), ..Params::default() };
-    let planned = planned(&source, params, limits, &progress).map_err(|e| Failure::of_run(&args.input, e))?;
+    let sieve = args.bad.sieve(&source)?;
+    let mesh_source: &dyn MeshSource = sieve.as_ref().map_or(&source, |sieve| sieve);
+    let planned =
+        planned(mesh_source, params, limits, &progress).map_err(|e| Failure::of_run(&args.input, e))?;
     let scan = &planned.scan;
     let mut text = file(&source);
     text.push_str(&mesh(&source, scan));
     text.push_str(&precision(&source, scan));
-    text.push_str(&defects(&source, scan));
+    let left_out = sieve.as_ref().map(Sieve::left_out).unwrap_or_default();
+    text.push_str(&defects(&source, scan, &left_out));
     text.push_str(&plan_text(&planned, limits.memory));
-    let locality = Locality::new(&planned.plan, scan, vertex_reads(&source)?);
-    text.push_str(&order(&source, &locality, planned.plan.cells.len() == 1));
+    let locality = Locality::new(&planned.plan, scan, vertex_reads(mesh_source)?);
+    text.push_str(&order(mesh_source, &locality, planned.plan.cells.len() == 1));
     console::print(&text)?;
     Ok(Exit::Done)
 }
 
 fn planned(
-    source: &PlySource,
+    source: &dyn MeshSource,
     params: Params,
     limits: Limits,
     progress: &Progress,
@@ -70,7 +76,7 @@ fn file(source: &PlySource) -> String {
 fn mesh(source: &PlySource, scan: &Scan) -> String {
     let mut out = "\nmesh\n".to_owned();
     let cut = match source.polygon_count() {
-        polygons if polygons == scan.faces => String::new(),
+        polygons if polygons == source.face_count() => String::new(),
         polygons => format!(", cut from {} as fans", counted(polygons, "polygon", "polygons")),
     };
     out.push_str(&entry("faces", &format!("{}{cut}", counted(scan.faces, "triangle", "triangles"))));
@@ -137,7 +143,7 @@ fn step(kind: ScalarType, size: f64) -> f64 {
     }
 }
 
-fn defects(source: &PlySource, scan: &Scan) -> String {
+fn defects(source: &PlySource, scan: &Scan, left_out: &LeftOut) -> String {
     let all = [
         (scan.repeated_corner, "face that names a vertex twice", "faces that name a vertex twice"),
         (scan.unreferenced, "vertex that no face uses", "vertices that no face uses"),
@@ -147,8 +153,12 @@ fn defects(source: &PlySource, scan: &Scan) -> String {
             "polygons with less than three corners",
         ),
     ];
-    let seen: Vec<String> =
-        all.iter().filter(|(n, ..)| *n > 0).map(|(n, one, many)| counted(*n, one, many)).collect();
+    let seen: Vec<String> = left_out_rows(left_out)
+        .iter()
+        .chain(&all)
+        .filter(|(n, ..)| *n > 0)
+        .map(|(n, one, many)| counted(*n, one, many))
+        .collect();
     let seen = if seen.is_empty() { "none that a scan shows".to_owned() } else { seen.join(", ") };
     let mut out = entry("defects", &seen);
     out.push_str("                    (open borders and non-manifold edges are counted by detect)\n");
@@ -174,7 +184,7 @@ fn plan_text(planned: &Planned, memory: u64) -> String {
 }
 
 /// What the order of the file means for the work.
-fn order(source: &PlySource, locality: &Locality, in_core: bool) -> String {
+fn order(source: &dyn MeshSource, locality: &Locality, in_core: bool) -> String {
     let Locality { face_reads, needed_reads, vertex_reads } = *locality;
     let scattered = if Locality::is_scattered(vertex_reads) { "scattered" } else { "near each other" };
     let mut out = entry(

@@ -9,6 +9,7 @@ mod plain;
 mod tally;
 
 use super::args::ProgressKind;
+use super::bus_error;
 use super::memory::{Allocations, MemoryMeter, StageUse};
 use super::text::{counted, grouped};
 use crate::pipeline::{Event, Observer, Silent};
@@ -45,7 +46,10 @@ impl Progress {
 impl Observer for Progress {
     fn event(&self, event: Event) {
         match event {
-            Event::Started { stage, .. } => self.memory.enter(stage),
+            Event::Started { stage, .. } => {
+                self.memory.enter(stage);
+                bus_error::enter(stage);
+            }
             Event::Finished { .. } => self.memory.leave(),
             Event::Resumed { .. } | Event::Advanced { .. } | Event::Grown { .. } => {}
         }

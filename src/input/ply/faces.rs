@@ -1,7 +1,7 @@
 //! Blocks of triangles from the face element.
 //!
 //! In: the number of a block. Out: its triangles, polygons cut into the fan around their first corner, every index
-//! checked against the number of vertices. A polygon of less than three corners yields nothing.
+//! checked against the number of vertices, unless the caller does. A polygon of less than three corners yields nothing.
 
 use super::layout::{AHEAD, FaceLayout, Records};
 use super::record::Window;
@@ -17,6 +17,15 @@ pub(super) struct Faces {
     pub element: String,
     /// Number of vertices the indices may name.
     pub vertices: u64,
+}
+
+/// What is done about triangles that name a vertex that does not exist.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Missing {
+    /// They are an error.
+    Refused,
+    /// They are handed out as they are, to somebody who sorts them out.
+    Handed,
 }
 
 /// An integer that can name a vertex.
@@ -50,17 +59,20 @@ impl Faces {
         &self,
         source: &ByteSource,
         block: usize,
+        missing: Missing,
         out: &mut FaceBlock,
     ) -> Result<(), InputError> {
         out.restart(FaceId(0));
         match self.layout.shape.lists[self.layout.list].item {
-            ScalarType::I8 => self.read::<i8>(source, block, out),
-            ScalarType::U8 => self.read::<u8>(source, block, out),
-            ScalarType::I16 => self.read::<i16>(source, block, out),
-            ScalarType::U16 => self.read::<u16>(source, block, out),
-            ScalarType::I32 => self.read::<i32>(source, block, out),
+            ScalarType::I8 => self.read::<i8>(source, block, missing, out),
+            ScalarType::U8 => self.read::<u8>(source, block, missing, out),
+            ScalarType::I16 => self.read::<i16>(source, block, missing, out),
+            ScalarType::U16 => self.read::<u16>(source, block, missing, out),
+            ScalarType::I32 => self.read::<i32>(source, block, missing, out),
             // Indices of a float type were refused when the file was opened.
-            ScalarType::U32 | ScalarType::F32 | ScalarType::F64 => self.read::<u32>(source, block, out),
+            ScalarType::U32 | ScalarType::F32 | ScalarType::F64 => {
+                self.read::<u32>(source, block, missing, out)
+            }
         }
     }
 
@@ -68,6 +80,7 @@ impl Faces {
         &self,
         source: &ByteSource,
         block: usize,
+        missing: Missing,
         out: &mut FaceBlock,
     ) -> Result<(), InputError> {
         let first = block as u64 * self.layout.block;
@@ -75,14 +88,14 @@ impl Faces {
         match &self.layout.records {
             &Records::Fixed { start, stride } => {
                 out.first = FaceId(first);
-                self.read_triangles::<I>(source, (start, stride), (first, records), out)
+                self.read_triangles::<I>(source, (start, stride), (first, records), missing, out)
             }
             Records::Walked { offsets, .. } => {
                 out.first = FaceId(self.layout.first_triangle[block]);
                 let until = offsets.get(block + 1).copied().unwrap_or(self.layout.end);
                 let triangles = self.layout.first_triangle[block + 1] - self.layout.first_triangle[block];
                 out.corners.reserve(triangles as usize);
-                self.read_polygons::<I>(source, (offsets[block], until), (first, records), out)
+                self.read_polygons::<I>(source, (offsets[block], until), (first, records), missing, out)
             }
         }
     }
@@ -93,6 +106,7 @@ impl Faces {
         source: &ByteSource,
         (start, stride): (u64, u64),
         (first, records): (u64, u64),
+        missing: Missing,
         out: &mut FaceBlock,
     ) -> Result<(), InputError> {
         let list = &self.layout.shape.lists[self.layout.list];
@@ -111,7 +125,7 @@ impl Faces {
             largest = largest.max(a).max(b).max(c);
             [a, b, c].map(VertexId)
         }));
-        if largest < self.vertices {
+        if largest < self.vertices || missing == Missing::Handed {
             return Ok(());
         }
         out.corners.clear();
@@ -130,6 +144,7 @@ impl Faces {
         source: &ByteSource,
         (start, until): (u64, u64),
         (first, records): (u64, u64),
+        missing: Missing,
         out: &mut FaceBlock,
     ) -> Result<(), InputError> {
         let shape = &self.layout.shape;
@@ -145,7 +160,8 @@ impl Faces {
             let bytes = window.at(items, count * I::SIZE as u64)?;
             let mut ids = bytes.chunks_exact(I::SIZE).map(|item| I::read(item).id());
             // Short polygons yield nothing, but a bad index in them is still a sign of a damaged file.
-            if let Some(index) = ids.clone().find(|&id| id >= self.vertices) {
+            let absent = ids.clone().find(|&id| id >= self.vertices);
+            if let Some(index) = absent.filter(|_| missing == Missing::Refused) {
                 out.corners.clear();
                 return Err(self.out_of_range(source, record, at, index));
             }

@@ -19,7 +19,7 @@ pub use scalar::ScalarType;
 
 use super::{ByteSource, FaceBlock, InputError, IoMode, MeshSource};
 use crate::mesh::VertexId;
-use faces::Faces;
+use faces::{Faces, Missing};
 use glam::DVec3;
 use layout::format_error;
 use record::{Place, Slot};
@@ -90,6 +90,15 @@ impl PlySource {
         self.faces.layout.polygons
     }
 
+    /// Sees to it that there is a block `block`.
+    fn block(&self, block: usize) -> Result<(), InputError> {
+        let (index, count) = (block as u64, self.block_count() as u64);
+        match index < count {
+            true => Ok(()),
+            false => Err(InputError::NoSuch { name: self.name(), what: "block", index, count }),
+        }
+    }
+
     /// Number of faces with less than three corners, which yield no triangle.
     pub fn short_polygons(&self) -> u64 {
         self.faces.layout.short
@@ -99,6 +108,10 @@ impl PlySource {
 impl MeshSource for PlySource {
     fn name(&self) -> String {
         self.path().display().to_string()
+    }
+
+    fn unchanged(&self) -> Result<(), InputError> {
+        self.source.unchanged()
     }
 
     fn vertex_count(&self) -> u64 {
@@ -114,12 +127,16 @@ impl MeshSource for PlySource {
     }
 
     fn read_block(&self, block: usize, out: &mut FaceBlock) -> Result<(), InputError> {
-        let count = self.block_count();
-        if block >= count {
-            let (index, count) = (block as u64, count as u64);
-            return Err(InputError::NoSuch { name: self.name(), what: "block", index, count });
-        }
-        self.faces.read_block(&self.source, block, out)
+        self.block(block)?;
+        self.faces.read_block(&self.source, block, Missing::Refused, out)
+    }
+
+    fn read_existing(&self, block: usize, out: &mut FaceBlock) -> Result<u64, InputError> {
+        self.block(block)?;
+        self.faces.read_block(&self.source, block, Missing::Handed, out)?;
+        let (before, count) = (out.corners.len(), self.vertices.count);
+        out.corners.retain(|corners| corners.iter().all(|id| id.0 < count));
+        Ok((before - out.corners.len()) as u64)
     }
 
     fn read_positions(&self, first: VertexId, count: usize, out: &mut Vec<DVec3>) -> Result<(), InputError> {

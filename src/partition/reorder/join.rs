@@ -243,6 +243,10 @@ impl MeshSource for Joined<'_> {
         true
     }
 
+    fn only_usable(&self) -> bool {
+        self.source.0.only_usable()
+    }
+
     fn coordinate_bytes(&self) -> usize {
         self.source.0.coordinate_bytes()
     }
