@@ -78,7 +78,7 @@ fn used(output: &Output) -> (u64, u64) {
 
 #[test]
 fn no_more_is_allocated_than_allowed() {
-    let place = Place::city(if cfg!(debug_assertions) { 120_000 } else { 300_000 });
+    let place = Place::city(if cfg!(debug_assertions) { 160_000 } else { 300_000 });
     let (_, whole) = place.detect(crease(), "--in-core --progress none");
     let whole = whole.expect("a result");
     // Odd numbers of threads, mapped and read.
