@@ -1,4 +1,4 @@
-//! The directory: who may use it, what is in it, and how it goes.
+//! The directory: who may use it, and what is in it.
 //!
 //! It is made when the first file goes there. From then on it is locked, and the lock ends with the process, however that
 //! ends. Only files with our names are ever touched, so that any directory can be chosen.
@@ -6,8 +6,9 @@
 use super::durable::{self, Found, Purpose};
 use super::job::JobRecord;
 use super::log::{Label, Log, Place};
+use super::removal::{remove_all, remove_directory, remove_file, remove_unfinished};
 use super::{WorkspaceError, marker};
-use crate::spill::{Ground, ScratchPlace, SpillError, point, remove_left_behind};
+use crate::spill::{Ground, ScratchPlace, SpillError, point};
 use serde::Serialize;
 use std::fs::{self, File};
 use std::io::{self, ErrorKind};
@@ -17,12 +18,11 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
 use std::time::{Duration, Instant};
 use xxhash_rust::xxh3::xxh3_64;
 
-const OUTPUTS: &str = "crease-outputs";
-const JOB: &str = "crease-job";
-const TILES: &str = "crease-tiles";
-const SORTED: &str = "crease-sorted";
-/// All files but the marker, in the order in which they go: without the job the others are of no use to anybody.
-const FILES: [&str; 6] = [OUTPUTS, "crease-outputs.new", JOB, "crease-job.new", TILES, SORTED];
+/// The names of all files but the marker; `mod.rs` says what is in them.
+pub(super) const OUTPUTS: &str = "crease-outputs";
+pub(super) const JOB: &str = "crease-job";
+pub(super) const TILES: &str = "crease-tiles";
+pub(super) const SORTED: &str = "crease-sorted";
 
 const JOB_PURPOSE: Purpose = *b"CREASEjb";
 const OUTPUTS_PURPOSE: Purpose = *b"CREASEou";
@@ -101,10 +101,7 @@ impl Workspace {
             return Ok(true);
         }
         let Some((file, made)) = marker::open(&self.0.path)? else { return Ok(false) };
-        remove_left_behind(&self.0.path).map_err(of_spill)?;
-        for name in FILES.iter().filter(|name| name.ends_with(".new")) {
-            remove_file(&self.file(name))?;
-        }
+        remove_unfinished(&self.0.path)?;
         *state = State { marker: Some(file), made, ..State::default() };
         self.0.held.store(true, Ordering::Relaxed);
         Ok(true)
@@ -357,52 +354,6 @@ impl Ground for Workspace {
     }
 }
 
-/// Removes the workspace in `directory` and nothing else; the directory too, if nothing else is in it.
-///
-/// # Errors
-/// If there is no workspace of ours, a run works there, or the system refuses.
-pub fn clean(directory: &Path) -> Result<(), WorkspaceError> {
-    if !marker::is_ours(directory) {
-        return Err(WorkspaceError::Foreign { path: directory.to_owned(), marker: marker::MARKER });
-    }
-    // Whatever the version: it is being given up.
-    let _lock = match marker::open(directory) {
-        Ok(lock) => lock,
-        Err(WorkspaceError::Damaged { .. }) => None,
-        Err(other) => return Err(other),
-    };
-    remove_all(directory)?;
-    remove_directory(directory)
-}
-
-/// Our files in `directory`, the marker last: what is left after a death in between can be removed in the same way.
-fn remove_all(directory: &Path) -> Result<(), WorkspaceError> {
-    for name in FILES {
-        remove_file(&directory.join(name))?;
-        point("workspace-half-removed");
-    }
-    remove_left_behind(directory).map_err(of_spill)?;
-    remove_file(&directory.join(marker::MARKER))
-}
-
-fn remove_file(path: &Path) -> Result<(), WorkspaceError> {
-    match fs::remove_file(path) {
-        Err(e) if e.kind() != ErrorKind::NotFound => {
-            Err(WorkspaceError::io(path, "cannot remove the file")(e))
-        }
-        _ => Ok(()),
-    }
-}
-
-fn remove_directory(path: &Path) -> Result<(), WorkspaceError> {
-    match fs::remove_dir(path) {
-        Err(e) if !matches!(e.kind(), ErrorKind::NotFound | ErrorKind::DirectoryNotEmpty) => {
-            Err(WorkspaceError::io(path, "cannot remove the directory")(e))
-        }
-        _ => Ok(()),
-    }
-}
-
 /// What the frames of a job carry: a checksum of all that its results depend on. Which copy of the mesh they were computed
 /// from is not part of it.
 fn id_of(job: &JobRecord, path: &Path) -> Result<u64, WorkspaceError> {
@@ -412,15 +363,4 @@ fn id_of(job: &JobRecord, path: &Path) -> Result<u64, WorkspaceError> {
 fn encode(value: &(impl Serialize + ?Sized), path: &Path) -> Result<Vec<u8>, WorkspaceError> {
     let failed = WorkspaceError::io(path, "cannot encode");
     postcard::to_allocvec(value).map_err(|e| failed(io::Error::other(e)))
-}
-
-fn of_spill(error: SpillError) -> WorkspaceError {
-    match error {
-        SpillError::Io { path, action, source } => WorkspaceError::Io { path, action, source },
-        other => WorkspaceError::Io {
-            path: PathBuf::new(),
-            action: "cannot remove temporary files",
-            source: io::Error::other(other),
-        },
-    }
 }

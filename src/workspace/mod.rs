@@ -22,11 +22,13 @@ mod frame;
 mod job;
 mod log;
 mod marker;
+mod removal;
 
 #[cfg(test)]
 mod tests;
 
-pub use directory::{Workspace, clean};
+pub use directory::Workspace;
 pub use error::WorkspaceError;
 pub use job::{FileMark, Identity, InputMark, JobRecord, MeshRecord};
 pub use log::{Label, Place};
+pub use removal::clean;
