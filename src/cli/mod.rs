@@ -13,6 +13,7 @@ mod args;
 mod commands;
 mod console;
 mod exit;
+mod input;
 mod memory;
 mod memory_limit;
 mod method;

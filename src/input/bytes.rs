@@ -68,6 +68,11 @@ impl ByteSource {
         Ok(Self { path: path.to_owned(), len, backing })
     }
 
+    /// The same, called `path` in messages: for a temporary file, what it was made from.
+    pub(super) fn called(self, path: &Path) -> Self {
+        Self { path: path.to_owned(), ..self }
+    }
+
     /// The file.
     pub fn path(&self) -> &Path {
         &self.path

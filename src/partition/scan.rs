@@ -6,7 +6,7 @@
 //!
 //! Positions are checked first: a coordinate that is not finite ends the run before anything is computed from it.
 
-use crate::input::{FaceBlock, InputError, MeshSource};
+use crate::input::{FaceBlock, InputError, LARGEST_COORDINATE, MeshSource};
 use crate::mesh::VertexId;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -97,8 +97,6 @@ const MARK_SHARE: u64 = 4;
 const HISTOGRAM_SHARE: u64 = 8;
 /// Positions checked by one task.
 const VERTEX_CHUNK: u64 = 1 << 16;
-/// Products of four coordinates must stay finite; nothing that is measured in any unit comes near.
-const LARGEST_COORDINATE: f64 = 1e75;
 
 /// Scans `source` within `memory` bytes, using the current thread pool.
 ///

@@ -7,9 +7,9 @@ use crate::cli::exit::{Exit, Failure};
 use crate::cli::memory::Allocations;
 use crate::cli::progress::Progress;
 use crate::cli::summary::{Outcome, Written};
-use crate::cli::{console, memory, targets};
+use crate::cli::{console, input, memory, targets};
 use crate::error::Error;
-use crate::input::{MeshSource, PlySource};
+use crate::input::{InputFiles, MeshSource};
 use crate::output::{AttributeFile, FieldSink, OutputError, directory_of, stage_ply};
 use crate::pipeline::{Detection, Event, Job, Observer, Stage};
 use crate::stitch::{Geometry, LineSource, Statistics, StoredLines};
@@ -25,25 +25,28 @@ pub(in crate::cli) fn detect(args: &DetectArgs, allocations: Allocations) -> Res
     console::start_log(args.report.verbose);
     let started = Instant::now();
     let (params, limits) = (args.params(), args.work.limits());
-    let output = args.output.clone().unwrap_or_else(|| targets::default_output(&args.input));
+    let files = InputFiles::find(&args.input.names)?;
+    let output = args.output.clone().unwrap_or_else(|| targets::default_output(&files));
     let outputs: Vec<&Path> =
         [Some(output.as_path()), args.attributes.as_deref()].into_iter().flatten().collect();
-    targets::check(&args.input, &outputs, args.force)?;
+    targets::check(&files.files, &outputs, args.force)?;
 
-    let source = PlySource::open(&args.input, limits.io)?;
     let progress = Progress::new(args.progress(), args.report.verbose, allocations);
-    let of_run = |error| Failure::of_run(&args.input, error);
     let workspace = args.work.workspace.as_deref().unwrap_or_else(|| directory_of(&output));
+    let input = input::open(&files, args.input.weld, workspace, &limits, &progress)?;
+    let source = input.mesh();
+    let of_run = |error| Failure::of_run(source.path(), error);
     let job =
-        Job::new(&source, params, limits, &progress).map_err(of_run)?.with_workspace(workspace, args.force);
+        Job::new(source, params, limits, &progress).map_err(of_run)?.with_workspace(workspace, args.force);
     let attributes = args
         .attributes
         .as_deref()
-        .map(|path| Ok(AttributeFile::create(path, &source)?.with_workspace(workspace)))
+        .map(|path| Ok(AttributeFile::create(path, source)?.with_workspace(workspace)))
         .transpose()
         .map_err(of_run)?;
     let outputs_of = (output.as_path(), args.attributes.as_deref());
-    let found = run(&job, attributes, outputs_of, args.geometry.into(), &progress).map_err(of_run)?;
+    let mut found = run(&job, attributes, outputs_of, args.geometry.into(), &progress).map_err(of_run)?;
+    input.add_to(&mut found.work);
 
     if !args.quiet {
         let outcome = Outcome {

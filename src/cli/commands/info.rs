@@ -3,17 +3,18 @@
 //! In: a mesh. Out: text. The file is scanned and the plan is made, but no tile is loaded.
 
 use crate::cli::args::InfoArgs;
-use crate::cli::console;
 use crate::cli::exit::{Exit, Failure};
 use crate::cli::memory::Allocations;
 use crate::cli::progress::Progress;
 use crate::cli::text::{bytes, counted, entry, grouped, measure, with_decimals};
+use crate::cli::{console, input};
 use crate::config::{Limits, NO_LIMIT, Params, method};
 use crate::error::Error;
 use crate::input::ply::{PropertyKind, ScalarType};
-use crate::input::{MeshSource, PlySource};
+use crate::input::{InputFiles, MeshSource, PlySource};
 use crate::partition::{Locality, Scan, temporary_bytes, vertex_reads};
 use crate::pipeline::{Event, Job, Observer, Planned, Stage};
+use std::path::Path;
 use std::time::Instant;
 
 /// With fewer steps than this in a median edge, rounding of the coordinates tilts the faces by half a degree or more.
@@ -26,18 +27,22 @@ const LEAST_STEPS: f64 = 100.0;
 pub(in crate::cli) fn info(args: &InfoArgs, allocations: Allocations) -> Result<Exit, Failure> {
     console::start_log(args.report.verbose);
     let limits = args.work.limits();
-    let source = PlySource::open(&args.input, limits.io)?;
+    let files = InputFiles::find(&args.input.names)?;
     let progress = Progress::new(args.report.progress, args.report.verbose, allocations);
+    let workspace = args.work.workspace.as_deref().unwrap_or(Path::new("."));
+    let input = input::open(&files, args.input.weld, workspace, &limits, &progress)?;
+    let source = input.mesh();
     let params = Params { sigma: args.sigma.sigma(), ..Params::default() };
-    let planned = planned(&source, params, limits, &progress).map_err(|e| Failure::of_run(&args.input, e))?;
+    let planned =
+        planned(source, params, limits, &progress).map_err(|e| Failure::of_run(source.path(), e))?;
     let scan = &planned.scan;
-    let mut text = file(&source);
-    text.push_str(&mesh(&source, scan));
-    text.push_str(&precision(&source, scan));
-    text.push_str(&defects(&source, scan));
+    let mut text = if input.is_converted() { input.describe() } else { file(source) };
+    text.push_str(&mesh(source, scan));
+    text.push_str(&precision(source, scan));
+    text.push_str(&defects(source, scan));
     text.push_str(&plan_text(&planned, limits.memory));
-    let locality = Locality::new(&planned.plan, scan, vertex_reads(&source)?);
-    text.push_str(&order(&source, &locality, planned.plan.cells.len() == 1));
+    let locality = Locality::new(&planned.plan, scan, vertex_reads(source)?);
+    text.push_str(&order(source, &locality, planned.plan.cells.len() == 1));
     console::print(&text)?;
     Ok(Exit::Done)
 }

@@ -6,6 +6,7 @@
 //! property names that are no identifiers. Lines keep their numbers, so that messages name the line of the file.
 
 use super::scalar::ScalarType;
+use crate::input::stream::Stream;
 use crate::input::{ByteSource, InputError};
 use ply_rs_bw::parser::{Parser, Reader};
 use ply_rs_bw::ply::{self, DefaultElement, PropertyType};
@@ -99,6 +100,31 @@ impl Header {
         let head = source.bytes(0, source.len().min(LIMIT), &mut scratch)?;
         let whole = source.len() <= LIMIT;
         parse(head, whole).map_err(|reason| InputError::Format { path: source.path().to_owned(), reason })
+    }
+}
+
+impl Header {
+    /// Parses the header at the start of `stream`, and leaves it there.
+    ///
+    /// # Errors
+    /// As for [`Header::read`].
+    pub(super) fn peek(stream: &mut Stream<'_>) -> Result<Self, InputError> {
+        let limit = LIMIT as usize;
+        let head = stream.peek(limit + 1)?;
+        let (head, whole) = (&head[..head.len().min(limit)], head.len() <= limit);
+        parse(head, whole).map_err(|reason| InputError::Format { path: stream.path().to_owned(), reason })
+    }
+
+    /// The same, and consumes it. Returns the number of its lines, too.
+    ///
+    /// # Errors
+    /// As for [`Header::read`].
+    pub(super) fn take(stream: &mut Stream<'_>) -> Result<(Self, u64), InputError> {
+        let header = Self::peek(stream)?;
+        let payload = header.payload as usize;
+        let lines = stream.available()[..payload].iter().filter(|byte| **byte == b'\n').count();
+        stream.consume(payload);
+        Ok((header, lines as u64))
     }
 }
 
