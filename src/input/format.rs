@@ -68,7 +68,7 @@ const OTHERS: [(&[u8], &str, &str); 18] = [
 ];
 const EXPORT: &str = "export the mesh as PLY, OBJ, STL or OFF";
 const RECONSTRUCT: &str =
-    "make a surface of it first, for instance by Poisson reconstruction in MeshLab or CloudCompare";
+    "reconstruct its surface, for instance by Poisson reconstruction in MeshLab or CloudCompare";
 
 /// What to do about points without faces.
 pub(super) fn no_faces() -> String {

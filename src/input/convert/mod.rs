@@ -16,6 +16,9 @@ mod polygons;
 mod weld;
 mod write;
 
+#[cfg(test)]
+mod tests;
+
 pub use gather::{Faces, Gather};
 pub use weld::Weld;
 

@@ -1,7 +1,7 @@
 //! The payload of an ASCII PLY file: a line for each record, its values in the order of the properties.
 //!
-//! A line with more or fewer values than the header declares is an error, because whatever comes of it would be guessed.
-//! Empty lines are passed over. Coordinates that are declared `float` may have more digits than an `f32` holds, and keep
+//! A line with fewer values than the header declares is an error. Surplus values at its end are passed over: a widespread
+//! program writes colours there that it does not declare. So are empty lines. Coordinates that are declared `float` may have more digits than an `f32` holds, and keep
 //! them; see [`is_printed_float`](crate::input::text::is_printed_float).
 
 use super::header::{Element, PropertyKind};
@@ -46,14 +46,6 @@ pub fn read(
                     out.polygon(place, &corners)?;
                 }
                 Role::Other => record(place, element, &mut words, out, |_, _| Some(()))?,
-            }
-            if let Some(word) = words.next() {
-                let reason = format!(
-                    "{} comes after the last value that the header declares for element `{}`",
-                    excerpt(word),
-                    element.name
-                );
-                return Err(out.error(place, reason));
             }
             done += 1;
         }
