@@ -392,7 +392,7 @@ fn several_files_are_one_mesh_named_after_their_folder() {
 fn text_is_converted_where_temporary_files_go() {
     let place = Place::new().with("meshes/ascii.ply");
     let (out, err) = place.does("info ascii.ply --progress json");
-    assert!(out.contains("file              PLY, 299 B") && out.contains("12 triangles"), "{out}");
+    assert!(out.contains("file              PLY, 299 bytes") && out.contains("12 triangles"), "{out}");
     assert!(
         err.contains(r#"{"event":"started","stage":"convert","unit":"bytes","done":0,"total":299"#),
         "{err}"

@@ -66,8 +66,8 @@ fn a_conversion_keeps_within_its_memory() {
     const MEMORY: u64 = 8 << 20;
     let (small, large) =
         (tempfile::tempdir().expect("a directory"), tempfile::tempdir().expect("a directory"));
-    write_meshes(small.path(), 150);
-    write_meshes(large.path(), 600);
+    write_meshes(small.path(), 100);
+    write_meshes(large.path(), 400);
     // The counter keeps the largest of all runs, so the small ones come first.
     let peaks: Vec<usize> = [
         (small.path(), &["mesh.ply"][..], None),
@@ -79,7 +79,7 @@ fn a_conversion_keeps_within_its_memory() {
     .into_iter()
     .map(|(directory, names, weld)| peak(directory, names, weld, MEMORY))
     .collect();
-    // Sixteen times the mesh; the vertices of the large one alone have 8 MB, those of both with their faces 40 MB.
+    // Sixteen times the mesh; the vertices of both large ones with their polygons have 19 MB, and sorting makes it more.
     assert!(peaks[1] <= peaks[0] + peaks[0] / 4, "text: {peaks:?}");
     assert!(peaks.iter().all(|peak| *peak as u64 <= MEMORY), "{peaks:?} of {MEMORY}");
 }

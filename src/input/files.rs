@@ -8,6 +8,7 @@
 use super::InputError;
 use super::format::Format;
 use super::stream::Packing;
+use glob::MatchOptions;
 use std::ffi::{OsStr, OsString};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -106,7 +107,10 @@ fn meshes_in(folder: &Path) -> Result<Vec<PathBuf>, InputError> {
 /// Files that a pattern stands for.
 fn matches(pattern: &Path) -> Result<Vec<PathBuf>, InputError> {
     let refused = |reason: String| InputError::Format { path: pattern.to_owned(), reason };
-    let paths = glob::glob(&pattern.to_string_lossy()).map_err(|e| refused(format!("no pattern: {e}")))?;
+    // As in a shell, hidden files are meant only by a dot.
+    let options = MatchOptions { require_literal_leading_dot: true, ..MatchOptions::new() };
+    let paths = glob::glob_with(&pattern.to_string_lossy(), options)
+        .map_err(|e| refused(format!("no pattern: {e}")))?;
     let mut found = Vec::new();
     for path in paths {
         let path = path.map_err(|e| InputError::Io { path: e.path().to_owned(), source: e.into() })?;

@@ -111,7 +111,7 @@ fn by_content(head: &[u8], length: Option<u64>) -> Option<Format> {
     let mut statements =
         text.split(|byte| matches!(byte, b'\n' | b'\r')).filter_map(|line| words(line).next());
     let first = statements.clone().find(|word| !word.starts_with(b"#"))?;
-    if first.len() <= 7 && first.ends_with(b"OFF") {
+    if first.strip_suffix(b"OFF").is_some_and(|before| before.iter().all(|byte| b"STCN4n".contains(byte))) {
         return Some(Format::Off);
     }
     let vertex = statements.any(|word| word == b"v");

@@ -251,7 +251,7 @@ mod tests {
 
     #[test]
     fn packed_files_are_their_content() {
-        let content: Vec<u8> = (0..900_000u32).flat_map(|i| (i / 7 * i).to_le_bytes()).collect();
+        let content: Vec<u8> = (0..900_000u32).flat_map(|i| (i / 7).wrapping_mul(i).to_le_bytes()).collect();
         let (half, rest) = content.split_at(content.len() / 3);
         let skipped = [0x50, 0x2a, 0x4d, 0x18, 3, 0, 0, 0, 1, 2, 3];
         for packed in [

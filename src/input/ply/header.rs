@@ -15,6 +15,9 @@ use std::fmt;
 /// Bytes in which the header must end.
 pub const LIMIT: u64 = 1 << 20;
 
+/// Bytes in which nearly all headers end.
+const USUAL: usize = 64 << 10;
+
 /// How the payload is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Encoding {
@@ -110,9 +113,17 @@ impl Header {
     /// As for [`Header::read`].
     pub(super) fn peek(stream: &mut Stream<'_>) -> Result<Self, InputError> {
         let limit = LIMIT as usize;
-        let head = stream.peek(limit + 1)?;
-        let (head, whole) = (&head[..head.len().min(limit)], head.len() <= limit);
-        parse(head, whole).map_err(|reason| InputError::Format { path: stream.path().to_owned(), reason })
+        let parse_head = |stream: &mut Stream<'_>, size: usize| {
+            let head = stream.peek(size)?;
+            let whole = head.len() < size;
+            Ok::<_, InputError>((parse(&head[..head.len().min(limit)], whole), whole))
+        };
+        // Hardly any header is longer, and the window stays as small as it is.
+        let (mut parsed, whole) = parse_head(stream, USUAL)?;
+        if parsed.is_err() && !whole {
+            (parsed, _) = parse_head(stream, limit + 1)?;
+        }
+        parsed.map_err(|reason| InputError::Format { path: stream.path().to_owned(), reason })
     }
 
     /// The same, and consumes it. Returns the number of its lines, too.
