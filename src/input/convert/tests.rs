@@ -195,8 +195,8 @@ fn what_cannot_be_read_is_refused_with_its_place() {
         ("a.ply", format!("{}{body}", ply("float y", "float w")).into_bytes(), "no number `y`"),
         (
             "a.ply",
-            [ply("ascii", "binary_big_endian").into_bytes(), vec![0; 40]].concat(),
-            "byte 217: the file is truncated",
+            [ply("ascii", "binary_big_endian").into_bytes(), vec![0; 30]].concat(),
+            "the file is truncated: record 2 of element `vertex`, of 3, needs 12 bytes or more, and 6 are left",
         ),
         (
             "a.ply",
@@ -206,7 +206,7 @@ fn what_cannot_be_read_is_refused_with_its_place() {
                 vec![255; 40],
             ]
             .concat(),
-            "allow more with --memory",
+            "the file is truncated: record 0 of element `face`, of 1, needs 17179869184 bytes",
         ),
     ];
     for (name, content, part) in cases {

@@ -115,16 +115,19 @@ impl Table<'_> {
         stream: &'s mut Stream<'_>,
         out: &Gather,
     ) -> Result<&'s [u8], InputError> {
-        if count > self.longest {
+        // The length of a packed file is not known.
+        let left = stream.length().map(|length| length.saturating_sub(stream.offset()));
+        let beyond = left.is_some_and(|left| count as u64 > left);
+        if count > self.longest && !beyond {
             let what = self.describe(record);
             let reason = format!(
                 "{what} has {count} bytes or more: the file is damaged; if it is right, allow more with --memory"
             );
             return Err(out.error(place, reason));
         }
-        let bytes = stream.peek(count)?;
-        if bytes.len() < count {
-            let left = bytes.len();
+        let bytes = stream.peek(if beyond { 0 } else { count })?;
+        if beyond || bytes.len() < count {
+            let left = left.unwrap_or(bytes.len() as u64);
             let (what, all) = (self.describe(record), self.element.count);
             let reason = format!(
                 "the file is truncated: {what}, of {all}, needs {count} bytes or more, and {left} are left; it is cut off or damaged"

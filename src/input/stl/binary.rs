@@ -46,7 +46,8 @@ pub fn read(stream: &mut Stream<'_>, out: &mut Gather) -> Result<(), InputError>
 
 /// How many triangles there are: what is announced, or what the length says if the counter, of 32 bits, has overflown.
 fn triangles(announced: u32, length: Option<u64>) -> u64 {
-    let fitting = length.filter(|n| *n > HEAD && (n - HEAD) % TRIANGLE == 0).map(|n| (n - HEAD) / TRIANGLE);
+    let fitting =
+        length.filter(|n| *n > HEAD && (n - HEAD).is_multiple_of(TRIANGLE)).map(|n| (n - HEAD) / TRIANGLE);
     fitting.filter(|n| *n as u32 == announced).unwrap_or(announced.into())
 }
 
