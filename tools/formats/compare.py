@@ -55,13 +55,13 @@ def ours(read, path):
     return np.frombuffer(rest[:split], dtype="<f8").reshape(vertices, 3), corners
 
 
-def attempt(reader):
-    """What the reader found, or the first line of why it did not."""
+def attempt(reader, refusals):
+    """What the reader found, or the first line of why it did not. Other errors than `refusals` are bugs."""
     try:
         return reader(), None
     except Nothing as nothing:
         return None, str(nothing)
-    except Exception as error:  # plyfile lets errors of every kind through
+    except refusals as error:
         text = str(error).strip() or type(error).__name__
         return None, f"{type(error).__name__}: {text.splitlines()[0]}"
 
@@ -69,7 +69,8 @@ def attempt(reader):
 def counts(mesh, refusal):
     if mesh is None:
         return f"refused: {refusal}"
-    return f"{len(mesh[0])} vertices, {len(mesh[1])} triangles"
+    counted = [(len(mesh[0]), "vertex", "vertices"), (len(mesh[1]), "triangle", "triangles")]
+    return ", ".join(f"{count} {one if count == 1 else many}" for count, one, many in counted)
 
 
 def verdict(a, b):
@@ -95,7 +96,9 @@ def main():
     for path in sorted(folder.iterdir()):
         if path.suffix == ".tsv":
             continue
-        (a, why_a), (b, why_b) = attempt(lambda: ours(read, path)), attempt(lambda: theirs(path))
+        a, why_a = attempt(lambda: ours(read, path), Nothing)
+        # plyfile lets errors of every kind through.
+        b, why_b = attempt(lambda: theirs(path), Exception)
         found = verdict(a, b)
         if found not in ("same", "both refuse"):
             if EXPLAINED.get(path.name):
