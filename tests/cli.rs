@@ -90,16 +90,17 @@ fn bad_inputs_are_3_and_say_why() {
     fs::create_dir(place.path("folder.ply")).expect("create");
     fs::write(place.path("zero.ply"), "").expect("write");
     place.refuses("detect missing.ply", 3, &["missing.ply: ", "No such file"]);
-    place.refuses("detect folder.ply", 3, &["folder.ply: not a regular file"]);
+    place.refuses("detect folder.ply", 3, &["folder.ply: there is no mesh in this folder"]);
+    place.refuses("detect /dev/null", 3, &["/dev/null: not a regular file"]);
+    place.refuses("detect *.obj", 3, &["*.obj: there is no such file"]);
     place.refuses("detect zero.ply", 3, &["zero.ply: ", "empty"]);
     let cases = [
-        ("text.txt", "not a PLY file"),
+        ("text.txt", "no mesh that is read here"),
         ("truncated.ply", "runs past the end of the file"),
         ("index_out_of_range.ply", "face 7 at byte"),
         ("nan_vertex.ply", "vertex 3 at byte"),
-        ("no_faces.ply", "there are no faces"),
+        ("no_faces.ply", "Poisson reconstruction"),
         ("empty.ply", "there are no faces"),
-        ("ascii.ply", "the file is ascii"),
     ];
     for (name, reason) in cases {
         let place = Place::new().with(&format!("broken/{name}"));
@@ -121,6 +122,8 @@ fn impossible_command_lines_are_2() {
         ("detect", "<INPUT>"),
         ("detect bracket.ply --sigmma 3", "--sigmma"),
         ("detekt bracket.ply", "detekt"),
+        ("detect bracket.ply --weld some", "`exact`, `none`, or a length above 0"),
+        ("detect bracket.ply --weld -1", "above 0"),
         ("detect bracket.ply --sigma x", "not a number"),
         ("detect bracket.ply --sigma -1", "above 0"),
         ("detect bracket.ply --sigma-edges 99", "between 1 and 30"),
@@ -360,6 +363,49 @@ fn info_warns_of_coarse_coordinates() {
 }
 
 #[test]
+fn several_files_are_one_mesh_named_after_their_folder() {
+    let place = Place::new();
+    let tiles = place.path("tiles");
+    fs::create_dir(&tiles).expect("create");
+    for name in ["bracket", "folds20"] {
+        fs::copy(fixture_path(&format!("meshes/{name}.ply")), tiles.join(format!("{name}.ply")))
+            .expect("copy");
+    }
+    let (out, _) = place.does("detect tiles --progress none");
+    assert!(out.contains("tiles (2 files)\n") && out.contains("11,302 faces"), "{out}");
+    assert!(out.contains("; the input was converted\n") && out.contains("\n  convert "), "{out}");
+    let lines = fs::read(place.path("tiles.creases.ply")).expect("read");
+    for words in ["tiles/folds20.ply tiles/bracket.ply", "tiles/*.ply", "tiles/bracket.ply tiles"] {
+        place.does(&format!("detect {words} -o again.ply --force --progress none"));
+        assert!(fs::read(place.path("again.ply")).expect("read") == lines, "{words}");
+    }
+    assert_eq!(place.names(), ["again.ply", "tiles", "tiles.creases.ply"]);
+    let (out, _) = place.does("info tiles --progress none");
+    assert!(
+        out.contains("files             2 PLY, ") && out.contains("converted to be read in place"),
+        "{out}"
+    );
+    place.refuses("detect tiles -o tiles/bracket.ply --force", 2, &["bracket.ply: is the input"]);
+}
+
+#[test]
+fn text_is_converted_where_temporary_files_go() {
+    let place = Place::new().with("meshes/ascii.ply");
+    let (out, err) = place.does("info ascii.ply --progress json");
+    assert!(out.contains("file              PLY, 299 bytes") && out.contains("12 triangles"), "{out}");
+    assert!(
+        err.contains(r#"{"event":"started","stage":"convert","unit":"bytes","done":0,"total":299"#),
+        "{err}"
+    );
+    assert_eq!(place.names(), ["ascii.ply"]);
+    place.refuses(
+        "info ascii.ply --workspace missing",
+        4,
+        &["missing/crease-scratch-", "cannot create the directory"],
+    );
+}
+
+#[test]
 fn json_progress_can_be_parsed() {
     let place = Place::new().with("meshes/bracket.ply");
     let (_, err) = place.does("detect bracket.ply --progress json --tile-faces 2000");
@@ -387,7 +433,7 @@ fn helps_exist() {
     for (words, parts) in [
         ("--help", ["detect", "info", "diff", "Exit codes:"]),
         ("detect --help", ["What is detected:", "How the work is done", "Output:", "Examples:"]),
-        ("info --help", ["What is detected:", "--tile-faces <N>", "--io <MODE>", "<INPUT>"]),
+        ("info --help", ["What is detected:", "--tile-faces <N>", "--io <MODE>", "<INPUT>..."]),
         ("diff --help", ["<A>", "<B>", "identical", "Usage: crease diff"]),
         ("help detect", ["--sigma <LENGTH>", "degrees", "--min-angle <DEG>", "median edge lengths"]),
     ] {

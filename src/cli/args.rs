@@ -6,7 +6,7 @@
 use super::memory_limit::default_memory;
 use super::method::{MethodArgs, refusal};
 use crate::config::{Limits, Order, Params, Sigma, Tiling, method};
-use crate::input::{InputError, IoMode, MeshSource, Sieve};
+use crate::input::{InputError, IoMode, MeshSource, Sieve, Weld};
 use crate::stitch::Geometry;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use std::ffi::OsString;
@@ -82,6 +82,8 @@ Examples:
       writes scan.creases.ply into the current directory
   crease detect scan.ply -o lines.ply --sigma 0.15 --min-angle 10
       in a scan in metres: averages over 15 cm, and reports creases of 10 degrees or more
+  crease detect tiles/
+      takes all meshes in a folder as one, and writes tiles.creases.ply into the current directory
   crease detect city.ply --attributes city.fields.ply --threads 8 --tile-faces 1000000
       writes a table of all vertices too; works with 8 threads on tiles of a million faces
 
@@ -91,8 +93,8 @@ what it has kept.";
 /// Arguments of `detect`.
 #[derive(Debug, Args)]
 pub(super) struct DetectArgs {
-    /// The mesh: a binary little-endian PLY file of any size.
-    pub input: PathBuf,
+    #[command(flatten)]
+    pub input: InputArgs,
 
     #[command(flatten)]
     pub method: MethodArgs,
@@ -175,8 +177,8 @@ impl DetectArgs {
 /// Arguments of `info`.
 #[derive(Debug, Args)]
 pub(super) struct InfoArgs {
-    /// The mesh: a binary little-endian PLY file of any size.
-    pub input: PathBuf,
+    #[command(flatten)]
+    pub input: InputArgs,
 
     #[command(flatten)]
     pub sigma: SigmaArgs,
@@ -189,6 +191,23 @@ pub(super) struct InfoArgs {
 
     #[command(flatten)]
     pub report: ReportArgs,
+}
+
+/// What is worked on.
+#[derive(Debug, Args)]
+pub(super) struct InputArgs {
+    /// The mesh: a file of any size, several files, folders, or patterns in quotes. PLY, OBJ, STL and OFF are read, packed by
+    /// gzip or zstd, too. Several files are one mesh in one system of coordinates, as the tiles of a city; of a folder, all
+    /// meshes right in it. The order makes no difference. What is not one binary little-endian PLY file is converted first,
+    /// in `--workspace`.
+    #[arg(required = true, value_name = "INPUT")]
+    pub names: Vec<PathBuf>,
+
+    /// Which vertices become one, so that the faces at them are neighbours: `exact`, those with equal coordinates; `none`; or
+    /// a length in mesh units: each vertex within that length of one that stays becomes that one. Default: `exact` for several
+    /// files and for STL, whose triangles share no vertices; `none` for one file that names vertices by number.
+    #[arg(long, value_name = "exact|none|LENGTH", help_heading = WHAT, value_parser = weld, allow_negative_numbers = true)]
+    pub weld: Option<Weld>,
 }
 
 /// Arguments of `diff`.
@@ -293,9 +312,9 @@ pub(super) struct WorkArgs {
     order: OrderArg,
 
     /// The directory for what is done, so that an interrupted run goes on where it stopped, and for temporary files, which
-    /// are needed if faces that are neighbours in space are far apart in the file: up to three times its size. Made when it
-    /// is needed, and removed when the outputs are there. Default: the name of the output with `.crease-work` for its
-    /// extension, beside it.
+    /// are needed to convert the input, and if faces that are neighbours in space are far apart in the file: up to three times
+    /// its size. Made when it is needed, and removed when the outputs are there. Default: the name of the output with
+    /// `.crease-work` for its extension, beside it.
     #[arg(long, value_name = "DIR", help_heading = HOW)]
     pub workspace: Option<PathBuf>,
 }
@@ -403,6 +422,18 @@ pub(super) enum ProgressKind {
 
 fn number(text: &str) -> Result<f64, String> {
     text.parse::<f64>().map_err(|_| "not a number".to_owned())
+}
+
+fn weld(text: &str) -> Result<Weld, String> {
+    match text {
+        "exact" => Ok(Weld::Exact),
+        "none" => Ok(Weld::None),
+        _ => match number(text) {
+            Ok(0.0) => Ok(Weld::Exact),
+            Ok(x) if x > 0.0 && x.is_finite() => Ok(Weld::Within(x)),
+            _ => Err("it must be `exact`, `none`, or a length above 0".to_owned()),
+        },
+    }
 }
 
 fn sigma(text: &str) -> Result<f64, String> {

@@ -102,7 +102,11 @@ impl Failure {
 
 impl From<InputError> for Failure {
     fn from(error: InputError) -> Failure {
-        Failure::new(Exit::BadInput, error.to_string())
+        match error {
+            // The input is good; what it is converted into has no room.
+            InputError::Spill(error) => error.into(),
+            _ => Failure::new(Exit::BadInput, error.to_string()),
+        }
     }
 }
 

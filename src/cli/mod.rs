@@ -14,6 +14,7 @@ mod bus_error;
 mod commands;
 mod console;
 mod exit;
+mod input;
 mod interrupt;
 mod kill;
 mod memory;

@@ -8,7 +8,7 @@ use super::text::{
 };
 use crate::config::{Method, NO_LIMIT, PaperThresholds, Params, method};
 use crate::input::LeftOut;
-use crate::pipeline::Detection;
+use crate::pipeline::{Detection, Stage};
 use crate::stitch::{Class, ClassTotal, Statistics};
 use std::fmt;
 use std::path::Path;
@@ -204,13 +204,18 @@ impl Outcome<'_> {
             f.write_str(&entry("resumed", &done))?;
         }
         if work.temporary_bytes > 0 {
-            let what = if work.rewritten {
-                "the mesh was rewritten in spatial order"
-            } else {
-                "positions were joined to faces"
-            };
+            let did = |stage| work.stages.iter().any(|(done, _)| *done == stage);
+            let reasons = [
+                (did(Stage::Convert), "the input was converted"),
+                (work.rewritten, "the mesh was rewritten in spatial order"),
+                (did(Stage::Order) && !work.rewritten, "positions were joined to faces"),
+            ];
+            let reasons = reasons.iter().filter(|(is_so, _)| *is_so).map(|(_, what)| format!("; {what}"));
             let most = bytes(work.temporary_bytes);
-            f.write_str(&entry("temporary files", &format!("at most {most} at a time; {what}")))?;
+            f.write_str(&entry(
+                "temporary files",
+                &format!("at most {most} at a time{}", reasons.collect::<String>()),
+            ))?;
         }
         f.write_str(&entry("threads", &format!("{}, io {}", grouped(self.threads as u64), self.io)))?;
         f.write_str(&entry("wall time", &span(self.wall)))?;
@@ -265,7 +270,7 @@ fn not_available() -> String {
 mod tests {
     use super::*;
     use crate::partition::{Bounds, Scan};
-    use crate::pipeline::{Stage, Work};
+    use crate::pipeline::Work;
     use crate::refine::Bend;
     use crate::stitch::{Defects, Measures, StitchWork};
 

@@ -4,30 +4,30 @@
 //! among them, no two are the same, nothing is replaced unasked, and their directories accept a file.
 
 use super::exit::{Exit, Failure};
+use crate::input::InputFiles;
 use crate::output::{PartFile, check_target, directory_of, part_of};
-use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 /// The name of the lines if none is given: that of the input, in the current directory.
-pub(super) fn default_output(input: &Path) -> PathBuf {
-    let mut name = input.file_stem().map_or_else(|| OsString::from("mesh"), OsString::from);
+pub(super) fn default_output(input: &InputFiles) -> PathBuf {
+    let mut name = input.stem();
     name.push(".creases.ply");
     PathBuf::from(name)
 }
 
-/// Checks all outputs of a run over `input`. `may_replace` tells which may be replaced if they exist.
+/// Checks all outputs of a run over `inputs`. `may_replace` tells which may be replaced if they exist.
 ///
 /// # Errors
 /// If writing one of them is impossible or would destroy something.
 pub(super) fn check(
-    input: &Path,
+    inputs: &[PathBuf],
     outputs: &[&Path],
     may_replace: impl Fn(&Path) -> bool,
 ) -> Result<(), Failure> {
     for (i, output) in outputs.iter().enumerate() {
         check_extension(output)?;
         check_directory(output)?;
-        if let Some(sacrifice) = clash(input, output) {
+        if let Some(sacrifice) = inputs.iter().find_map(|input| clash(input, output)) {
             let reason = format!("is the input; writing {} would destroy it", output.display());
             return Err(Failure::about(Exit::Usage, &sacrifice, reason));
         }
@@ -95,8 +95,14 @@ mod tests {
 
     #[test]
     fn the_default_name_is_that_of_the_input() {
-        assert_eq!(default_output("a/b/scan.v2.ply".as_ref()), Path::new("scan.v2.creases.ply"));
-        assert_eq!(default_output("..".as_ref()), Path::new("mesh.creases.ply"));
+        let named = |files: &[&str], folder: Option<&str>| {
+            let files = files.iter().map(PathBuf::from).collect();
+            default_output(&InputFiles { files, folder: folder.map(PathBuf::from) })
+        };
+        assert_eq!(named(&["a/b/scan.v2.ply"], None), Path::new("scan.v2.creases.ply"));
+        assert_eq!(named(&["a/b/scan.v2.ply.gz"], None), Path::new("scan.v2.creases.ply"));
+        assert_eq!(named(&["a/b/1.ply", "a/b/2.ply"], Some("/x/a/b")), Path::new("b.creases.ply"));
+        assert_eq!(named(&["/1.ply", "/2.ply"], Some("/")), Path::new("mesh.creases.ply"));
     }
 
     #[test]
@@ -110,7 +116,8 @@ mod tests {
         fs::create_dir(at("dir.ply")).expect("create");
         std::os::unix::fs::symlink(&input, at("link.ply")).expect("link");
         let exit = |input: &Path, outputs: &[&Path], force| {
-            check(input, outputs, |_| force).map_or_else(|failure| failure.exit, |()| Exit::Done)
+            check(&[other.clone(), input.to_owned()][1..], outputs, |_| force)
+                .map_or_else(|failure| failure.exit, |()| Exit::Done)
         };
         assert_eq!(exit(&input, &[&fresh], false), Exit::Done);
         assert!(!fresh.exists() && !at("out.ply.part").exists());

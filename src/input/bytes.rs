@@ -59,7 +59,10 @@ impl Identity {
 /// A regular file, opened for random access.
 #[derive(Debug)]
 pub struct ByteSource {
+    /// What it is called in messages.
     path: PathBuf,
+    /// Where it is.
+    place: PathBuf,
     len: u64,
     file: File,
     map: Option<Mmap>,
@@ -91,7 +94,14 @@ impl ByteSource {
             IoMode::Auto => map(&file).ok(),
         };
         let len = mapped.as_ref().map_or(metadata.len(), |map| map.len() as u64);
-        Ok(Self { path: path.to_owned(), len, file, map: mapped, identity: Identity::of(&metadata) })
+        Ok(Self {
+            path: path.to_owned(),
+            place: path.to_owned(),
+            len,
+            file,
+            map: mapped,
+            identity: Identity::of(&metadata),
+        })
     }
 
     /// Sees to it that the file, and the one that now has its name, are what was opened: same length, same time of the
@@ -102,7 +112,7 @@ impl ByteSource {
     pub fn unchanged(&self) -> Result<(), InputError> {
         let io_error = |source| InputError::Io { path: self.path.clone(), source };
         let opened = self.file.metadata().map_err(io_error)?;
-        let named = match fs::metadata(&self.path) {
+        let named = match fs::metadata(&self.place) {
             Err(error) if error.kind() == io::ErrorKind::NotFound => {
                 return Err(self.changed("it was removed"));
             }
@@ -116,7 +126,12 @@ impl ByteSource {
         InputError::Changed { path: self.path.clone(), reason: reason.into() }
     }
 
-    /// The file.
+    /// The same, called `path` in messages: for a temporary file, what it was made from.
+    pub(super) fn called(self, path: &Path) -> Self {
+        Self { path: path.to_owned(), ..self }
+    }
+
+    /// What the file is called: its path, or that of what it was made from.
     pub fn path(&self) -> &Path {
         &self.path
     }

@@ -1,8 +1,27 @@
 //! What can be wrong with an input, with the place in the file and what to do about it.
 
 use crate::spill::SpillError;
+use std::fmt;
 use std::io;
 use std::path::PathBuf;
+
+/// Where in a file something is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum InputPlace {
+    /// A line of a text, counted from 1.
+    Line(u64),
+    /// A byte of a binary file, counted from 0; of a packed one, as it is when unpacked.
+    Byte(u64),
+}
+
+impl fmt::Display for InputPlace {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            InputPlace::Line(line) => write!(f, "line {line}"),
+            InputPlace::Byte(byte) => write!(f, "byte {byte}"),
+        }
+    }
+}
 
 /// An input that cannot be read or that is not a mesh.
 #[derive(Debug, thiserror::Error)]
@@ -77,6 +96,16 @@ pub enum InputError {
         /// Where it starts, in bytes.
         offset: u64,
         /// What is wrong with it.
+        reason: String,
+    },
+    /// A file that is read from its start to its end makes no sense at some place.
+    #[error("{path}: {place}: {reason}", path = path.display())]
+    Damaged {
+        /// The file.
+        path: PathBuf,
+        /// Where it is.
+        place: InputPlace,
+        /// What is wrong there, and what to do.
         reason: String,
     },
     /// A face given in memory names a vertex that does not exist.

@@ -1,23 +1,40 @@
 //! Files in, triangles out: random access to a mesh that need not fit into memory.
 //!
+//! [`open_input`] takes whatever people have: PLY, OBJ, STL, OFF, packed or not, one file or many. A binary little-endian
+//! PLY file is read in place; anything else is converted into one first, by a pass over the files in bounded memory.
+//!
 //! A [`MeshSource`] hands out *blocks* of consecutive triangles and positions by vertex id. Whatever it hands out has
 //! been checked: indices are in range and list lengths fit the file, so that nothing behind this layer needs to
 //! mistrust the input. Coordinates are handed out as they are; the scan refuses those that are not finite. A [`Sieve`]
 //! leaves out the faces that would be refused.
 
 mod bytes;
+mod convert;
 mod error;
+mod files;
+mod format;
 mod map;
 mod memory;
+mod obj;
+mod off;
+mod open;
 pub mod ply;
 mod sieve;
+mod stl;
+mod stream;
+mod text;
 
 pub use bytes::{ByteSource, IoMode};
-pub use error::InputError;
+pub use convert::{InputFile, Progress, Weld};
+pub use error::{InputError, InputPlace};
+pub use files::InputFiles;
+pub use format::Format;
 pub use map::{exit_on_bus_error, say_on_bus_error};
 pub use memory::MemorySource;
+pub use open::{Input, OpenOptions, bytes_to_convert, open_input};
 pub use ply::PlySource;
-pub use sieve::{LeftOut, Sieve, is_usable};
+pub use sieve::{LARGEST_COORDINATE, LeftOut, Sieve, is_usable};
+pub use stream::Packing;
 
 use crate::mesh::{FaceId, VertexId};
 use glam::DVec3;

@@ -7,6 +7,8 @@ use std::time::Duration;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Stage {
+    /// Reading an input that cannot be read in place, and writing it as one that can.
+    Convert,
     /// Rewriting the mesh in spatial order; before the scan, after it, or both.
     Order,
     /// One pass over the file.
@@ -25,6 +27,7 @@ impl Stage {
     /// The word for it.
     pub fn name(self) -> &'static str {
         match self {
+            Stage::Convert => "convert",
             Stage::Order => "order",
             Stage::Scan => "scan",
             Stage::Survey => "survey",
@@ -37,6 +40,7 @@ impl Stage {
     /// What its progress counts.
     pub fn unit(self) -> &'static str {
         match self {
+            Stage::Convert => "bytes",
             Stage::Order | Stage::Scan => "faces",
             Stage::Survey | Stage::Tiles => "tiles",
             Stage::Stitch => "links",

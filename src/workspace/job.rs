@@ -86,12 +86,15 @@ pub struct Difference {
 impl InputMark {
     /// Of `source`, whose content is not known yet.
     pub fn of(source: &dyn MeshSource) -> InputMark {
-        let file = source.file().and_then(|path| fs::metadata(path).ok()).map(|found| {
-            // A file system that knows no times has none that could differ.
-            let written = found.modified().unwrap_or(SystemTime::UNIX_EPOCH);
-            let since = written.duration_since(UNIX_EPOCH).unwrap_or_default();
-            FileMark { bytes: found.len(), written: (since.as_secs(), since.subsec_nanos()) }
-        });
+        // Many files together have a name, but no file of that name.
+        let file = source.file().and_then(|path| fs::metadata(path).ok()).filter(fs::Metadata::is_file).map(
+            |found| {
+                // A file system that knows no times has none that could differ.
+                let written = found.modified().unwrap_or(SystemTime::UNIX_EPOCH);
+                let since = written.duration_since(UNIX_EPOCH).unwrap_or_default();
+                FileMark { bytes: found.len(), written: (since.as_secs(), since.subsec_nanos()) }
+            },
+        );
         InputMark { vertices: source.vertex_count(), faces: source.face_count(), file, content: None }
     }
 }

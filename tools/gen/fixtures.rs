@@ -125,6 +125,7 @@ fn by_hand() -> Result<Vec<Fixture>> {
              list counts in 16 bits, further properties before, between and behind, one of them a list",
             handmade::polygons()?,
         ),
+        file("meshes/ascii.ply", "a cube of 12 triangles as text", handmade::ascii()),
         file("broken/truncated.ply", "a cube; the last 50 bytes are missing", handmade::truncated()?),
         file(
             "broken/index_out_of_range.ply",
@@ -134,7 +135,6 @@ fn by_hand() -> Result<Vec<Fixture>> {
         file("broken/nan_vertex.ply", "a cube whose vertex 3 has NaN as y", handmade::nan_vertex()?),
         file("broken/empty.ply", "a valid header that announces 0 vertices and 0 faces", handmade::empty()?),
         file("broken/no_faces.ply", "8 points; there is no element `face`", handmade::no_faces()?),
-        file("broken/ascii.ply", "a valid cube of 12 triangles as text", handmade::ascii()),
         file("broken/text.txt", "a sentence, not a mesh", handmade::text()),
     ])
 }

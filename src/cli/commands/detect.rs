@@ -8,9 +8,9 @@ use crate::cli::interrupt::Interrupts;
 use crate::cli::memory::Allocations;
 use crate::cli::progress::Progress;
 use crate::cli::summary::{Outcome, Written};
-use crate::cli::{bus_error, console, memory, targets};
+use crate::cli::{bus_error, console, input, memory, targets};
 use crate::error::Error;
-use crate::input::{MeshSource, PlySource, Sieve};
+use crate::input::{InputFiles, MeshSource, Sieve};
 use crate::output::{AttributeFile, FieldSink, part_of, stage_ply};
 use crate::pipeline::{Detection, Event, Job, Observer, Stage};
 use crate::stitch::{LineSource, Statistics, StoredLines};
@@ -32,24 +32,34 @@ pub(in crate::cli) fn detect(
     console::start_log(args.report.verbose);
     let started = Instant::now();
     let (params, limits) = (args.params(), args.work.limits());
-    let output = args.output.clone().unwrap_or_else(|| targets::default_output(&args.input));
+    let files = InputFiles::find(&args.input.names)?;
+    let output = args.output.clone().unwrap_or_else(|| targets::default_output(&files));
     let outputs: Vec<&Path> =
         [Some(output.as_path()), args.attributes.as_deref()].into_iter().flatten().collect();
     let workspace = args.work.workspace.as_deref().map_or_else(|| Workspace::beside(&output), Workspace::at);
     // What a run had begun to hand over when it was killed may be handed over again.
     let begun = |output: &Path| targets::place(output).is_some_and(|place| workspace.has_announced(&place));
-    targets::check(&args.input, &outputs, |output| args.force || begun(output))?;
+    targets::check(&files.files, &outputs, |output| args.force || begun(output))?;
 
-    bus_error::watch(&args.input);
-    let file = PlySource::open(&args.input, limits.io)?;
-    let sieve = args.bad.sieve(&file)?;
-    let source: &dyn MeshSource = sieve.as_ref().map_or(&file, |sieve| sieve);
+    bus_error::watch(&files.name());
     let progress = Progress::new(args.progress(), args.report.verbose, allocations);
     let parts = outputs.iter().map(|output| part_of(output)).collect();
     let interrupts = Interrupts::watch(&workspace, parts, words)
         .map_err(|e| Failure::new(Exit::Resource, format!("cannot watch for signals: {e}")))?;
-    let run = Run { args, output: &output, workspace: &workspace, progress: &progress };
-    let found = match run.all(source, &interrupts) {
+    let name = files.name();
+    let run = Run { args, input: &name, output: &output, workspace: &workspace, progress: &progress };
+    // Whatever is made of the input goes to the workspace as well.
+    let opened = input::open(&files, args.input.weld, &workspace.scratch(), &limits, &progress);
+    let input = match opened {
+        Ok(input) => input,
+        Err(failure) => {
+            interrupts.claim_end();
+            return Err(run.left_behind(failure, false));
+        }
+    };
+    let sieve = args.bad.sieve(input.mesh())?;
+    let source: &dyn MeshSource = sieve.as_ref().map_or(input.mesh(), |sieve| sieve);
+    let mut found = match run.all(source, &interrupts) {
         Ok(found) => found,
         Err(error) => {
             interrupts.claim_end();
@@ -57,6 +67,11 @@ pub(in crate::cli) fn detect(
         }
     };
     interrupts.claim_end();
+    input.add_to(&mut found.work);
+    let left_out = sieve.as_ref().map(Sieve::left_out).unwrap_or_default();
+    // A mesh that was made of the input goes before the workspace does that it lies in.
+    drop(sieve);
+    drop(input);
     let concluded = if args.keep_workspace { workspace.conclude() } else { workspace.remove() };
     if let Err(error) = concluded {
         tracing::warn!("{error}");
@@ -64,10 +79,10 @@ pub(in crate::cli) fn detect(
 
     if !args.quiet {
         let outcome = Outcome {
-            input: &source.name(),
+            input: &name.display().to_string(),
             params: &params,
             found: &found,
-            left_out: sieve.as_ref().map(Sieve::left_out).unwrap_or_default(),
+            left_out,
             threads: limits.threads,
             io: args.work.io.name(),
             wall: started.elapsed(),
@@ -90,6 +105,7 @@ pub(in crate::cli) fn detect(
 /// What a run works with.
 struct Run<'a> {
     args: &'a DetectArgs,
+    input: &'a Path,
     output: &'a Path,
     workspace: &'a Workspace,
     progress: &'a Progress,
@@ -126,29 +142,42 @@ impl Run<'_> {
         Ok(found)
     }
 
-    /// Says why the run ended, and what is left of it. A workspace that another run could not go on with is removed.
+    /// Says why the run ended, and what is left of it.
     fn gave_up(&self, error: Error, interrupts: &Interrupts) -> Result<Exit, Failure> {
-        let Run { args, workspace, .. } = *self;
         // One that was refused is not ours to touch.
         let refused = match &error {
             Error::Workspace(error) => !matches!(error, WorkspaceError::Io { .. }),
             _ => false,
         };
-        let kept = !refused && workspace.is_worth_keeping();
-        let exit = match error {
-            Error::Stopped => Ok(interrupts.report()),
-            error => Err(Failure::of_run(&args.input, error)),
-        };
-        if !refused
-            && !kept
-            && let Err(error) = workspace.remove()
-        {
+        match error {
+            Error::Stopped => {
+                let exit = interrupts.report();
+                self.remove_if_useless();
+                Ok(exit)
+            }
+            error => Err(self.left_behind(Failure::of_run(self.input, error), refused)),
+        }
+    }
+
+    /// The failure that ended the run, with what is left of it. A workspace that was not `refused` and that another run could
+    /// not go on with is removed.
+    fn left_behind(&self, failure: Failure, refused: bool) -> Failure {
+        if refused {
+            return failure;
+        }
+        if self.remove_if_useless() {
+            return failure;
+        }
+        failure.and(&format!("what is done is kept in {}", self.workspace.path().display()))
+    }
+
+    /// Removes the workspace, unless another run could go on with it.
+    fn remove_if_useless(&self) -> bool {
+        let useless = !self.workspace.is_worth_keeping();
+        if useless && let Err(error) = self.workspace.remove() {
             tracing::warn!("{error}");
         }
-        exit.map_err(|failure| match kept {
-            true => failure.and(&format!("what is done is kept in {}", workspace.path().display())),
-            false => failure,
-        })
+        useless
     }
 }
 

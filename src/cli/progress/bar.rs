@@ -50,11 +50,14 @@ fn begin(stage: Stage, total: u64) -> ProgressBar {
     let bar = match stage {
         // Stitching does not report on the way, and writing is over before a bar says much.
         Stage::Stitch | Stage::Write => ProgressBar::new_spinner(),
-        Stage::Order | Stage::Scan | Stage::Survey | Stage::Tiles => ProgressBar::new(total),
+        Stage::Convert | Stage::Order | Stage::Scan | Stage::Survey | Stage::Tiles => ProgressBar::new(total),
     };
     bar.set_draw_target(ProgressDrawTarget::stderr());
     let template = match stage {
         Stage::Stitch | Stage::Write => "{prefix:>7} {spinner} {elapsed}",
+        Stage::Convert => {
+            "{prefix:>7} [{bar:30}] {percent:>3} %  {bytes}/{total_bytes}, {bytes_per_sec}{left}"
+        }
         Stage::Order | Stage::Scan => {
             "{prefix:>7} [{bar:30}] {percent:>3} %  {human_pos}/{human_len} faces, {per_sec}{left}"
         }
@@ -86,7 +89,8 @@ mod tests {
     #[test]
     fn a_bar_follows_the_stages() {
         let bar = Bar::new();
-        for stage in [Stage::Order, Stage::Scan, Stage::Survey, Stage::Tiles, Stage::Stitch, Stage::Write] {
+        use Stage::{Convert, Order, Scan, Stitch, Survey, Tiles, Write};
+        for stage in [Convert, Order, Scan, Survey, Tiles, Stitch, Write] {
             bar.event(Event::Started { stage, total: 3 });
             bar.event(Event::Advanced { stage, by: 2 });
             let position = bar.current.lock().expect("not poisoned").as_ref().map(ProgressBar::position);

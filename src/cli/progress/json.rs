@@ -1,7 +1,7 @@
 //! Progress for programs: one JSON object on each line.
 //!
 //! `event` is `resumed`, `started`, `advanced` or `finished`, `stage` one of
-//! `order`, `scan`, `survey`, `tiles`, `stitch`, `write`. `done` and `total`
+//! `convert`, `order`, `scan`, `survey`, `tiles`, `stitch`, `write`. `done` and `total`
 //! count what `unit` says, since the start of the stage; a `total` of 0 means that it is not known. `seconds` is the time
 //! since the stage began. `resumed` comes before `started` if some tiles were done by an earlier run. Advances are summed up, so that there are at most ten lines a second.
 

@@ -6,6 +6,7 @@
 //! property names that are no identifiers. Lines keep their numbers, so that messages name the line of the file.
 
 use super::scalar::ScalarType;
+use crate::input::stream::Stream;
 use crate::input::{ByteSource, InputError};
 use ply_rs_bw::parser::{Parser, Reader};
 use ply_rs_bw::ply::{self, DefaultElement, PropertyType};
@@ -13,6 +14,9 @@ use std::fmt;
 
 /// Bytes in which the header must end.
 pub const LIMIT: u64 = 1 << 20;
+
+/// Bytes in which nearly all headers end.
+const USUAL: usize = 64 << 10;
 
 /// How the payload is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -99,6 +103,39 @@ impl Header {
         let head = source.bytes(0, source.len().min(LIMIT), &mut scratch)?;
         let whole = source.len() <= LIMIT;
         parse(head, whole).map_err(|reason| InputError::Format { path: source.path().to_owned(), reason })
+    }
+}
+
+impl Header {
+    /// Parses the header at the start of `stream`, and leaves it there.
+    ///
+    /// # Errors
+    /// As for [`Header::read`].
+    pub(super) fn peek(stream: &mut Stream<'_>) -> Result<Self, InputError> {
+        let limit = LIMIT as usize;
+        let parse_head = |stream: &mut Stream<'_>, size: usize| {
+            let head = stream.peek(size)?;
+            let whole = head.len() < size;
+            Ok::<_, InputError>((parse(&head[..head.len().min(limit)], whole), whole))
+        };
+        // Hardly any header is longer, and the window stays as small as it is.
+        let (mut parsed, whole) = parse_head(stream, USUAL)?;
+        if parsed.is_err() && !whole {
+            (parsed, _) = parse_head(stream, limit + 1)?;
+        }
+        parsed.map_err(|reason| InputError::Format { path: stream.path().to_owned(), reason })
+    }
+
+    /// The same, and consumes it. Returns the number of its lines, too.
+    ///
+    /// # Errors
+    /// As for [`Header::read`].
+    pub(super) fn take(stream: &mut Stream<'_>) -> Result<(Self, u64), InputError> {
+        let header = Self::peek(stream)?;
+        let payload = header.payload as usize;
+        let lines = stream.available()[..payload].iter().filter(|byte| **byte == b'\n').count();
+        stream.consume(payload);
+        Ok((header, lines as u64))
     }
 }
 

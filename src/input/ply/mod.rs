@@ -1,14 +1,17 @@
 //! PLY files as a [`MeshSource`].
 //!
-//! In: a binary little-endian PLY file of any size. Out: blocks of triangles and positions by id. The file is
-//! understood when it is opened: the header is parsed, all records that are needed are known to lie inside the
+//! In: a binary little-endian PLY file of any size. Out: blocks of triangles and positions by id. Other encodings are read
+//! from start to end (`stream`), to be converted. The file is understood when it is opened: the header is parsed, all records that are needed are known to lie inside the
 //! file, and records that differ in size have been walked once. What stays in memory is a few bytes per block.
 
+mod ascii;
+mod binary;
 mod faces;
 mod header;
 mod layout;
 mod record;
 mod scalar;
+mod stream;
 mod vertices;
 
 #[cfg(test)]
@@ -16,6 +19,7 @@ mod tests;
 
 pub use header::{Element, Encoding, Header, Property, PropertyKind};
 pub use scalar::ScalarType;
+pub(super) use stream::{is_in_place, read};
 
 use super::{ByteSource, FaceBlock, InputError, IoMode, MeshSource};
 use crate::mesh::VertexId;
@@ -44,8 +48,19 @@ impl PlySource {
     /// If the file cannot be read, is not binary little-endian PLY, lacks positions, faces or their indices, or
     /// ends before the records its header announces.
     pub fn open(path: &Path, io: IoMode) -> Result<Self, InputError> {
-        let source = ByteSource::open(path, io)?;
+        Self::over(ByteSource::open(path, io)?)
+    }
+
+    /// The same over a file that is open already.
+    pub(super) fn over(source: ByteSource) -> Result<Self, InputError> {
         let header = Header::read(&source)?;
+        if header.encoding != Encoding::BinaryLittleEndian {
+            let reason = format!(
+                "the file is {}, but only binary little-endian is read in place; re-save it as binary_little_endian",
+                header.encoding
+            );
+            return Err(format_error(&source, reason));
+        }
         let needs = Needs::find(&header).map_err(|reason| format_error(&source, reason))?;
         let (vertex_layout, face_layout) =
             layout::place(&source, &header, needs.vertex, needs.face, needs.indices)?;
@@ -181,12 +196,6 @@ struct Needs {
 impl Needs {
     /// Finds what is needed, or says what is missing and what to do.
     fn find(header: &Header) -> Result<Self, String> {
-        if header.encoding != Encoding::BinaryLittleEndian {
-            return Err(format!(
-                "the file is {}, but only binary little-endian is supported; re-save it as binary_little_endian",
-                header.encoding
-            ));
-        }
         let vertex = only(&header.elements, "element", &["vertex"], |element| &element.name)?
             .ok_or("there is no element `vertex`; export the mesh with its vertices")?;
         let face = only(&header.elements, "element", &["face"], |element| &element.name)?
@@ -248,6 +257,6 @@ fn no_faces(header: &Header) -> String {
     if header.elements.iter().any(|element| element.name == "tristrips" && element.count > 0) {
         "there are no faces, only triangle strips; re-save the mesh with an element `face`".to_owned()
     } else {
-        "there are no faces; if it is a point cloud, it must be meshed first".to_owned()
+        super::format::no_faces()
     }
 }

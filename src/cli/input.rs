@@ -1,0 +1,114 @@
+//! The input of a command, opened, with the progress of its conversion.
+//!
+//! In: files. Out: a mesh that can be read in place, and what was done to get it.
+
+use super::exit::Failure;
+use super::progress::Progress;
+use super::text::{bytes, counted, entry};
+use crate::config::Limits;
+use crate::input::{self, InputFile, InputFiles, OpenOptions, Packing, PlySource, Weld};
+use crate::pipeline::{Event, Observer, Stage, Work};
+use crate::spill::ScratchPlace;
+use std::fs;
+use std::time::{Duration, Instant};
+
+/// A mesh, and how it was opened.
+pub(super) struct Input {
+    opened: input::Input,
+    /// How long the conversion took, if there was one.
+    conversion: Option<Duration>,
+}
+
+/// Hands the progress of a conversion to who shows it.
+struct Conversion<'a>(&'a Progress);
+
+impl input::Progress for Conversion<'_> {
+    fn advanced(&self, by: u64) {
+        self.0.event(Event::Advanced { stage: Stage::Convert, by });
+    }
+
+    fn grown(&self, by: u64) {
+        self.0.event(Event::Grown { stage: Stage::Convert, by });
+    }
+}
+
+/// Opens `files` as one mesh; temporary files go to `scratch`.
+///
+/// # Errors
+/// If they are no mesh, or cannot be converted.
+pub(super) fn open(
+    files: &InputFiles,
+    weld: Option<Weld>,
+    scratch: &ScratchPlace,
+    limits: &Limits,
+    progress: &Progress,
+) -> Result<Input, Failure> {
+    let total = input::bytes_to_convert(files, weld, limits.memory)?;
+    let conversion = Conversion(progress);
+    let (memory, io) = (limits.memory, limits.io);
+    let options = OpenOptions { scratch, weld, memory, io, progress: &conversion };
+    if total == 0 {
+        return Ok(Input { opened: input::open_input(files, &options)?, conversion: None });
+    }
+    let started = Instant::now();
+    progress.event(Event::Started { stage: Stage::Convert, total });
+    let opened = input::open_input(files, &options)?;
+    let wall = started.elapsed();
+    progress.event(Event::Finished { stage: Stage::Convert, wall });
+    Ok(Input { opened, conversion: Some(wall) })
+}
+
+impl Input {
+    /// The mesh.
+    pub fn mesh(&self) -> &PlySource {
+        self.opened.mesh()
+    }
+
+    /// Whether the mesh is another file than the one that was given.
+    pub fn is_converted(&self) -> bool {
+        self.opened.is_converted()
+    }
+
+    /// Adds the conversion to what a run tells about its work.
+    pub fn add_to(&self, work: &mut Work) {
+        if let Some(wall) = self.conversion {
+            work.stages.insert(0, (Stage::Convert, wall));
+        }
+        let (now, peak) = self.opened.temporary_bytes();
+        work.temporary_bytes = peak.max(now + work.temporary_bytes);
+    }
+
+    /// What was read, for `info`.
+    pub fn describe(&self) -> String {
+        let files = self.opened.files();
+        let mut out = format!("{}\n", self.mesh().path().display());
+        let size = files.iter().filter_map(|file| fs::metadata(&file.path).ok()).map(|m| m.len()).sum();
+        let (vertices, polygons) =
+            files.iter().fold((0, 0), |(v, p), file| (v + file.vertices, p + file.polygons));
+        let name = if files.len() == 1 { "file" } else { "files" };
+        out.push_str(&entry(name, &format!("{}, {}", kinds(files), bytes(size))));
+        let vertices = counted(vertices, "vertex", "vertices");
+        let polygons = counted(polygons, "polygon", "polygons");
+        out.push_str(&entry("", &format!("{vertices} and {polygons}, converted to be read in place")));
+        out
+    }
+}
+
+/// How many files there are of each kind.
+fn kinds(files: &[InputFile]) -> String {
+    let kind = |file: &InputFile| match file.packing {
+        Packing::Plain => file.format.name().to_owned(),
+        packing => format!("{} in {}", file.format.name(), packing.name()),
+    };
+    let mut found: Vec<(String, usize)> = Vec::new();
+    for kind in files.iter().map(kind) {
+        match found.iter_mut().find(|(name, _)| *name == kind) {
+            Some((_, count)) => *count += 1,
+            None => found.push((kind, 1)),
+        }
+    }
+    match found.as_slice() {
+        [(kind, 1)] => kind.clone(),
+        many => many.iter().map(|(kind, count)| format!("{count} {kind}")).collect::<Vec<_>>().join(", "),
+    }
+}
