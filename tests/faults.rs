@@ -166,7 +166,9 @@ impl Scene {
             if matches!(error, 28 | 122) && !self.reading && self.program == Program::Binary {
                 assert!(line.contains("make room"), "{what}");
             }
-            assert_eq!(self.work.names(), Vec::<String>::new(), "{what}");
+            // What is done is kept for the next run, and nothing else is.
+            let kept = |name: &String| name.ends_with(".crease-work");
+            assert!(self.work.names().iter().all(kept), "{what}");
             let again = self.command().ended();
             assert_eq!(again.code, Some(0), "{what}, and then {again:?}");
             self.has_exactly_what_was_expected(&what);
@@ -222,6 +224,8 @@ impl Run {
 fn harmless((call, path): &Site) -> bool {
     match call.as_str() {
         "unlink" | "unlinkat" => true,
+        // Whether an earlier run was giving its outputs their names, nobody needs to know for a result.
+        "open" => path.ends_with("/crease-outputs"),
         "openat" => path.contains("crease-scratch-"),
         "mmap" => true,
         _ => false,

@@ -319,14 +319,14 @@ fn a_walk_ends_at_a_face_and_on_a_stop() {
     let strip = Strip::new().eigenvalues(8, [1.0, 0.0, 0.0]);
     assert_salience(strip.salience(5, 0.6), 0.6 * strip.weights([2, 5]), 1.0);
     // A stop supports as the last of its side.
-    let strip = Strip::new().stop(8, Stop { boundary: true, corner: false });
+    let strip = Strip::new().stop(8, Stop { boundary: true, corner: false, hub: false });
     assert_salience(strip.salience(5, 0.6), 0.6 * strip.weights([3, 5]), 1.0);
     // A corner has a larger Omega and no direction to turn away from.
     let third = (1.0f64 / 3.0).sqrt();
     let strip = Strip::new()
         .turned(8, 80.0)
         .eigenvalues(8, [third; 3])
-        .stop(8, Stop { corner: true, boundary: false });
+        .stop(8, Stop { corner: true, boundary: false, hub: false });
     let half = 0.5f64.sqrt();
     let ratio = omega([third; 3]) / omega([half, half, 0.0]);
     let expected = 0.5 * (strip.weights([2, 5]) + ratio * strip.weight(3));
@@ -352,7 +352,7 @@ fn weak_features_with_more_than_three_supporters_are_enhanced() {
 #[test]
 fn weak_features_among_strong_ones_are_not_enhanced() {
     let third = (1.0f64 / 3.0).sqrt();
-    let corner = Stop { corner: true, boundary: false };
+    let corner = Stop { corner: true, boundary: false, hub: false };
     let strip = |end: [f64; 3]| {
         let ends = Strip::new().eigenvalues(3, end).eigenvalues(7, end);
         ends.stop(3, corner).stop(7, corner)

@@ -15,6 +15,7 @@ mod commands;
 mod console;
 mod exit;
 mod input;
+mod input_args;
 mod interrupt;
 mod kill;
 mod memory;

@@ -110,6 +110,9 @@ pub const OWN_SHARE: f64 = 0.25;
 pub const OWN_ROUNDS: f64 = 30.0;
 /// Thinning: radius of the non-maximum suppression.
 pub const THIN_RADIUS: f64 = 1.6;
+/// Thinning: so many vertices are gone on from at most. There are a dozen on a scan; on the rim of a finely cut lid whose
+/// sides are long there would be all of them, and work would grow with the third power of their number.
+pub const THIN_MOST: usize = 256;
 /// Thinning: a neighbour lies across the line when (e.b)^2 is at least this many (e.t)^2.
 pub const THIN_SIDE: f64 = 2.5;
 
@@ -138,6 +141,8 @@ pub const FIT_NOISY_ROUNDS: f64 = 20.0;
 /// Fit: radius of the patch there. The slope of a plane through a patch is the surer the wider it
 /// is, with the square of the radius. Less than a level cube, which the halo makes use of.
 pub const FIT_FAR: f64 = 5.5;
+/// Fit: a patch has faces around so many vertices at most, for the same reason. There are a hundred on a scan.
+pub const FIT_MOST: usize = 1024;
 /// Fit: a face belongs to a plane if the chord between the normals is below this (29 degrees): wide enough for what noise
 /// is left in refined normals, narrower than half of a right angle, so that no plane lies between two others.
 pub const FIT_WIDTH: f64 = 0.5;

@@ -10,4 +10,4 @@ pub use across::{Across, Beyond};
 pub use csr::Csr;
 pub use field::Field;
 pub use ids::{FaceId, TileId, VertexId};
-pub use tile_mesh::{EdgeUse, TileMesh};
+pub use tile_mesh::{EdgeUse, HUB, TileMesh};

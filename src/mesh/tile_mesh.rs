@@ -64,6 +64,11 @@ impl EdgeUse {
     }
 }
 
+/// A vertex with more faces than this is a hub: the apex of a fan, as the cap of a cylinder has one. Nothing looks through a
+/// hub, for whatever lies around it would look at everything else around it. No scan has such vertices; the caps of CAD
+/// models rarely have a hundred faces.
+pub const HUB: usize = 512;
+
 /// Vertices handled by one parallel task: large enough to hide its cost, small enough to balance.
 const CHUNK: usize = 4096;
 
@@ -140,6 +145,13 @@ impl TileMesh {
     pub fn faces_of(&self, v: u32) -> &[u32] {
         debug_assert!(self.complete[v as usize], "the faces around {} were not loaded whole", self.id(v));
         self.faces_around.row(v)
+    }
+
+    /// Whether `v` has so many faces that nothing may look through it. Of a vertex that was not loaded whole, that may not
+    /// be known yet.
+    #[inline]
+    pub fn is_hub(&self, v: u32) -> bool {
+        self.faces_around.row(v).len() > HUB
     }
 
     /// Barycentre of face `f`.

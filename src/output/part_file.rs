@@ -39,8 +39,10 @@ impl PartFile {
             let ids = (file.metadata().map(id), std::fs::metadata(&part).map(id));
             // Another process may have given it its name, or removed it, before it was ours.
             if matches!(ids, (Ok(a), Ok(b)) if a == b) {
-                file.set_len(0).map_err(&failed)?;
-                return Ok(PartFile { target: target.to_owned(), part, file, committed: false });
+                // From here on it goes if something fails.
+                let begun = PartFile { target: target.to_owned(), part, file, committed: false };
+                begun.file.set_len(0).map_err(&failed)?;
+                return Ok(begun);
             }
         }
     }

@@ -330,6 +330,7 @@ fn balls_of(mesh: &TileMesh, seeds: &[u32], radius: f64) -> (Vec<u32>, Vec<u32>)
     let (mut looked_at, mut outside) = (Vec::new(), Vec::new());
     let mut ball = Vec::new();
     for &v in seeds {
+        let hub = mesh.is_hub(v);
         ball.clear();
         ball.push(v);
         let mut next = 0;
@@ -339,10 +340,14 @@ fn balls_of(mesh: &TileMesh, seeds: &[u32], radius: f64) -> (Vec<u32>, Vec<u32>)
             if !mesh.complete[u as usize] {
                 outside.push(u);
             }
+            if u != v && mesh.is_hub(u) {
+                continue;
+            }
             for &w in mesh.ring.row(u) {
                 looked_at.push(w);
                 let d = mesh.position(w) - mesh.position(v);
-                if d.dot(d) <= radius * radius && !ball.contains(&w) {
+                let more = !hub && ball.len() < method::THIN_MOST;
+                if more && d.dot(d) <= radius * radius && !ball.contains(&w) {
                     ball.push(w);
                 }
             }
@@ -460,7 +465,9 @@ impl Asking<'_> {
                     continue; // was asked for more rounds since, and dealt with then
                 }
                 let corners = tile.mesh.corners[f as usize];
-                for v in corners.into_iter().filter(|&v| !settled[v as usize]) {
+                // Around a hub nobody votes.
+                let asked = |v: &u32| !settled[*v as usize] && !tile.mesh.is_hub(*v);
+                for v in corners.into_iter().filter(asked) {
                     tile.certified(v, n, &mut self.gaps);
                     tile.mesh.faces_around.row(v).iter().for_each(|&g| self.ask(g, n as u32 - 1));
                 }

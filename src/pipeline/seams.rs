@@ -62,6 +62,10 @@ impl<'a> Neighbourhood<'a> {
         let mut ring = 0..1;
         for _ in 0..method::LINK_STEPS {
             for i in ring.clone() {
+                // No link leads through a hub, though one may start there.
+                if self.found[i] != v && self.mesh.is_hub(self.found[i]) {
+                    continue;
+                }
                 for &u in self.mesh.ring_of(self.found[i]) {
                     if std::mem::replace(&mut self.met[u as usize], self.now) != self.now {
                         self.found.push(u);

@@ -40,6 +40,9 @@ fn least_on_side(mesh: &TileMesh, votes: &Field<Vote>, v: u32, d: DVec3, walk: W
     let mut current = v;
     let mut least = votes.get(v).theta;
     for step in 0..walk.steps {
+        if step > 0 && mesh.is_hub(current) {
+            break;
+        }
         // The first step is measured in the tangent plane, so that steep folds are left too; then straight on in space.
         let plane = (step == 0).then(|| votes.get(v).t);
         let Some(next) = straightest(mesh, current, d, plane) else { break };

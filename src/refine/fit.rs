@@ -92,6 +92,9 @@ impl Fitter<'_> {
     fn fit(&self, v: u32, scratch: &mut Scratch) -> Fit {
         let Fitter { mesh, faces, normals, scale, known, votes, .. } = *self;
         let vote = votes.get(v);
+        if mesh.is_hub(v) {
+            return Fit { angle: vote.theta, ..Fit::default() };
+        }
         let noise = noise_share(scale, self.rounds[v as usize]);
         let radius = method::FIT_NEAR + (method::FIT_FAR - method::FIT_NEAR) * noise;
         Surface { mesh, faces, normals, scale, known, votes }.patch(v, radius, scratch);

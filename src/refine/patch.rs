@@ -8,6 +8,7 @@
 //! used again for the next one ([`Scratch`]).
 
 use super::sides::Work;
+use crate::config::method;
 use crate::math::Sym3;
 use crate::mesh::{Beyond, Field, TileMesh};
 use crate::partition::Scale;
@@ -160,7 +161,8 @@ impl Surface<'_> {
         self.orient(v, patch);
     }
 
-    /// The faces around the vertices that one-ring steps inside `radius` (mesh units) lead to, in ascending `order`.
+    /// The faces around the vertices that one-ring steps inside `radius` (mesh units) lead to through no hub, in ascending
+    /// `order`.
     fn gather(&self, v: u32, radius: f64, scratch: &mut Scratch) {
         let Scratch { ball, faces, order, .. } = scratch;
         let origin = self.mesh.position(v);
@@ -169,9 +171,11 @@ impl Surface<'_> {
         ball.insert(v);
         let (mut next, mut nearest) = (0, 1);
         while next < ball.members.len() {
-            for &w in self.mesh.ring_of(ball.members[next]) {
+            let u = ball.members[next];
+            let ring = if self.mesh.is_hub(u) { &[] } else { self.mesh.ring_of(u) };
+            for &w in ring {
                 let e = self.mesh.position(w) - origin;
-                if e.dot(e) <= radius2 {
+                if e.dot(e) <= radius2 && ball.members.len() < method::FIT_MOST {
                     ball.insert(w);
                 }
             }
@@ -182,7 +186,7 @@ impl Surface<'_> {
         }
         faces.members.clear();
         order.clear();
-        for (i, &u) in ball.members.iter().enumerate() {
+        for (i, &u) in ball.members.iter().enumerate().filter(|(_, u)| !self.mesh.is_hub(**u)) {
             let far = u32::from(i >= nearest);
             let around = self.faces_around(u).iter().filter(|&&f| faces.insert(f));
             // A tile has fewer than 2^31 faces.

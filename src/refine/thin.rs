@@ -72,15 +72,19 @@ pub fn ridges(
     })
 }
 
-/// Whether no vertex seen across the line, reached by one-ring steps within `radius` (the one-ring always), has a larger
-/// R, or the same and a lower id.
+/// Whether no vertex seen across the line, reached by one-ring steps within `radius` (the one-ring always) and through no
+/// hub, has a larger R, or the same and a lower id.
 fn is_largest_across(mesh: &TileMesh, radius: f64, votes: &Field<Vote>, r: &Field<f64>, v: u32) -> bool {
     let (vote, own, origin) = (votes.get(v), r.get(v), mesh.position(v));
+    let hub = mesh.is_hub(v);
     let mut ball = vec![v];
     let mut next = 0;
     while next < ball.len() {
         let u = ball[next];
         next += 1;
+        if u != v && mesh.is_hub(u) {
+            continue;
+        }
         for &w in mesh.ring_of(u) {
             let e = mesh.position(w) - origin;
             let inside = e.dot(e) <= radius * radius;
@@ -88,7 +92,8 @@ fn is_largest_across(mesh: &TileMesh, radius: f64, votes: &Field<Vote>, r: &Fiel
             if (!inside && u != v) || ball.contains(&w) {
                 continue;
             }
-            if inside {
+            // Around a hub, its neighbours are enough.
+            if inside && !hub && ball.len() < method::THIN_MOST {
                 ball.push(w);
             }
             let (across, along) = (e.dot(vote.b), e.dot(vote.t));

@@ -17,13 +17,15 @@ pub struct Stop {
     pub corner: bool,
     /// An edge with one face ends here.
     pub boundary: bool,
+    /// So many faces meet here that nobody looks through.
+    pub hub: bool,
 }
 
 impl Stop {
     /// Whether a walk ends here, supported.
     #[inline]
     pub fn any(self) -> bool {
-        self.corner || self.boundary
+        self.corner || self.boundary || self.hub
     }
 }
 
@@ -64,13 +66,13 @@ pub fn surroundings(
     })
 }
 
-/// Corners and boundary vertices among `at`.
+/// Corners, boundary vertices and hubs among `at`.
 pub fn stops(mesh: &TileMesh, votes: &Field<Vote>, at: &[u32]) -> Field<Stop> {
     Field::compute(mesh.vertex_count(), at, |v| {
         let vote = votes.get(v);
         let plate = 2.0 * vote.near();
         let corner = vote.phi >= method::CORNER_MIN_DEG * DEGREE && vote.phi >= method::CORNER_RATIO * plate;
-        Stop { corner, boundary: on_boundary(mesh, v) }
+        Stop { corner, boundary: on_boundary(mesh, v), hub: mesh.is_hub(v) }
     })
 }
 

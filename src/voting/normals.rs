@@ -9,7 +9,7 @@ use super::levels::{Levels, each_distinct};
 use super::near::Near;
 use crate::config::method;
 use crate::math::{DEGREE, unit};
-use crate::mesh::{Beyond, Csr, EdgeUse, TileMesh};
+use crate::mesh::{Beyond, Csr, EdgeUse, HUB, TileMesh};
 use crate::partition::{Cube, Lattice, Region, Scale};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -212,7 +212,8 @@ fn neighbours_are_ready(
         let most = s0[g as usize].map_or(u32::MAX, |s0| rounds(scale, s0));
         needed[g as usize] >= most.min(round)
     };
-    mesh.corners[f as usize].iter().all(|&v| mesh.faces_of(v).iter().all(|&g| ready(g)))
+    let mut seen_through = mesh.corners[f as usize].iter().filter(|&&v| !mesh.is_hub(v));
+    seen_through.all(|&v| mesh.faces_of(v).iter().all(|&g| ready(g)))
 }
 
 /// Width of the range kernel as a chord: wide in the first round, where single normals are worst.
@@ -228,12 +229,12 @@ fn range_width(s0: f64, round: u32) -> f64 {
 }
 
 /// The new normal of `f`: the faces around its corners vote with their area and with how well they agree. A face that
-/// shares two corners votes twice, `f` itself three times. `opposed` are numbers of the tile.
+/// shares two corners votes twice, `f` itself three times; not around hubs. `opposed` are numbers of the tile.
 fn vote_on_normal(near: &Near, voters: &[Voter], opposed: &[u32], f: u32, width: f64) -> DVec3 {
     let own = voters[f as usize].normal;
     let inverse = 1.0 / (width * width);
     let mut sum = DVec3::ZERO;
-    for around in near.around(f) {
+    for around in near.around(f).into_iter().filter(|around| around.len() <= HUB) {
         for &g in around {
             let voter = voters[g as usize];
             // Where windings agree, which is almost everywhere, nobody is turned.

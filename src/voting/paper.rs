@@ -167,5 +167,6 @@ pub fn paper_stops(
     Field::compute(mesh.vertex_count(), at, |v| Stop {
         corner: Initial::of(votes.get(v).eigenvalues, thresholds) == Initial::Corner,
         boundary: on_boundary(mesh, v),
+        hub: mesh.is_hub(v),
     })
 }
