@@ -201,9 +201,9 @@ impl Scene {
         for (name, bytes) in &self.expected {
             assert!(self.work.read(name) == *bytes, "{name} has other bytes: {what}");
         }
-        let scratch = |name: &String| name.starts_with("crease-scratch-");
+        let stuck = |name: &String| name.starts_with("crease-scratch-") || name.ends_with(".crease-work");
         let known = |name: &String| self.expected.iter().any(|(expected, _)| expected == name);
-        assert!(self.work.names().iter().all(|name| known(name) || scratch(name)), "{what}");
+        assert!(self.work.names().iter().all(|name| known(name) || stuck(name)), "{what}");
     }
 }
 
