@@ -138,6 +138,7 @@ impl<'a> Stream<'a> {
     /// Takes `count` of the available bytes out.
     #[inline]
     pub fn consume(&mut self, count: usize) {
+        debug_assert!(count <= self.end - self.start, "more is consumed than there is");
         self.start += count;
         self.consumed += count as u64;
     }

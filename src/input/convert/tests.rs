@@ -170,6 +170,12 @@ fn what_cannot_be_read_is_refused_with_its_place() {
         ("a.stl", b"solid a\nendsolid\n".to_vec(), "there are no faces"),
         ("a.stl", vec![0; 60], "84 bytes before its triangles"),
         (
+            // All corners are there, and of the two bytes behind them one.
+            "a.stl",
+            [vec![0; 80], vec![1, 0, 0, 0], vec![0; 49]].concat(),
+            "byte 84: the file ends in triangle 0 of 1",
+        ),
+        (
             "a.stl",
             [vec![0; 80], vec![2, 0, 0, 0], vec![0; 70]].concat(),
             "byte 134: the file ends in triangle 1 of 2",

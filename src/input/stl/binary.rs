@@ -10,6 +10,8 @@ const HEAD: u64 = 84;
 const TRIANGLE: u64 = 50;
 /// Bytes of its normal.
 const NORMAL: usize = 12;
+/// Bytes behind its corners.
+const SPARE: usize = 2;
 
 /// Reads the whole file.
 pub fn read(stream: &mut Stream<'_>, out: &mut Gather) -> Result<(), InputError> {
@@ -27,7 +29,7 @@ pub fn read(stream: &mut Stream<'_>, out: &mut Gather) -> Result<(), InputError>
     for triangle in 0..announced {
         let at = stream.offset();
         let bytes = stream.peek(TRIANGLE as usize)?;
-        let Some(corners) = bytes.get(NORMAL..TRIANGLE as usize - 2) else {
+        let Some(corners) = bytes.get(..TRIANGLE as usize).map(|all| &all[NORMAL..all.len() - SPARE]) else {
             let reason =
                 format!("the file ends in triangle {triangle} of {announced}; it is cut off or damaged");
             return Err(out.error(InputPlace::Byte(at), reason));
