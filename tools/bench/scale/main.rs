@@ -197,6 +197,9 @@ fn measure_city(arguments: &Cities, case: &Case, order: &'static str, mesh: &Pat
     }
     let place = temporary.to_string_lossy();
     command.args(arguments.options.iter().map(|option| option.replace("{temporary}", &place)));
+    if !arguments.options.iter().any(|option| option.starts_with("--workspace")) {
+        command.arg("--workspace").arg(&temporary);
+    }
     command.env("TMPDIR", &temporary);
     let measured = run(command, &temporary)?;
     fs::remove_dir_all(&temporary).with_context(|| format!("cannot remove {}", temporary.display()))?;
