@@ -19,6 +19,20 @@ pub fn unit(v: DVec3) -> DVec3 {
     v * (1.0 / v.dot(v).sqrt().max(1e-300))
 }
 
+/// Two unit vectors at right angles to the unit vector `normal` and to each other.
+pub fn frame(normal: DVec3) -> [DVec3; 2] {
+    let m = normal.abs();
+    let axis = if m.x <= m.y && m.x <= m.z {
+        DVec3::X
+    } else if m.y <= m.z {
+        DVec3::Y
+    } else {
+        DVec3::Z
+    };
+    let x = unit(normal.cross(axis));
+    [x, normal.cross(x)]
+}
+
 /// The angle whose tangent is the root of `ratio`: turns an eigenvalue ratio of an even plate tensor into half the fold
 /// angle it came from.
 pub fn half_fold(ratio: f64) -> f64 {

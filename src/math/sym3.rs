@@ -6,6 +6,7 @@
 //! backward stable, also at multiple eigenvalues. Closed forms through `acos` lose half the digits exactly where a flat
 //! vertex is told from a weak crease.
 
+use super::frame;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
@@ -113,7 +114,7 @@ impl Sym3 {
             }
         }
         let first = null_vector(&Sym3 { diag: d - DVec3::splat(largest), off: o })?;
-        let [x, y] = across(first);
+        let [x, y] = frame(first);
         let (ax, ay) = (self.times(x), self.times(y));
         let (xx, xy, yy) = (x.dot(ax), x.dot(ay), y.dot(ay));
         let half = 0.5 * (xx - yy);
@@ -181,21 +182,6 @@ fn null_vector(a: &Sym3) -> Option<DVec3> {
         2
     };
     (squares[most] > 0.0).then(|| candidates[most] * (1.0 / squares[most].sqrt()))
-}
-
-/// Two unit vectors at right angles to the unit vector `n` and to each other.
-fn across(n: DVec3) -> [DVec3; 2] {
-    let m = n.abs();
-    let axis = if m.x <= m.y && m.x <= m.z {
-        DVec3::X
-    } else if m.y <= m.z {
-        DVec3::Y
-    } else {
-        DVec3::Z
-    };
-    let x = n.cross(axis);
-    let x = x * (1.0 / x.dot(x).sqrt());
-    [x, n.cross(x)]
 }
 
 /// One Jacobi rotation that makes `a[p][q]` zero; `u` collects the rotations, eigenvectors in its columns.

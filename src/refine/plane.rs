@@ -6,7 +6,7 @@
 
 use super::patch::{Connected, Patch};
 use crate::config::method;
-use crate::math::{Sym3, unit};
+use crate::math::{Sym3, frame, unit};
 use glam::DVec3;
 
 /// A plane `normal . x = offset` in units of kh, relative to the vertex.
@@ -68,18 +68,4 @@ pub(super) fn fit_plane(patch: &Patch, connected: &Connected, normal: DVec3) -> 
         offset: solution.x / length,
         variance: spread * lever / vertices + method::FIT_FLOOR * method::FIT_FLOOR,
     }
-}
-
-/// Two unit vectors at right angles to `normal` and to each other.
-fn frame(normal: DVec3) -> [DVec3; 2] {
-    let m = normal.abs();
-    let axis = if m.x <= m.y && m.x <= m.z {
-        DVec3::X
-    } else if m.y <= m.z {
-        DVec3::Y
-    } else {
-        DVec3::Z
-    };
-    let x = unit(normal.cross(axis));
-    [x, normal.cross(x)]
 }
