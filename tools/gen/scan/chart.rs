@@ -46,6 +46,10 @@ impl Chart {
         let side = f64::from(self.side);
         let ring = self.ring(at);
         let (near, cells) = (distance(ring), side - 2.0 * ring);
+        if cells <= 0.0 {
+            // The very middle is a ring without length, where the end of a ridge may lie.
+            return DVec2::splat(near);
+        }
         // Both coordinates run linearly along the ring; for the one across, this gives the distance of the ring.
         near + (at - ring) * ((self.pitch() - 2.0 * near) / cells)
     }
@@ -62,4 +66,18 @@ fn distance(ring: f64) -> f64 {
     let [foot, top] = [KERB_FOOT, KERB_TOP].map(f64::from);
     let squeezed = (ring.min(top) - foot).max(0.0) * (SAVED / (top - foot));
     ring - squeezed
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_middle_of_a_block_has_a_place() {
+        let chart = Chart::new(80);
+        let middle = chart.place(DVec2::splat(40.0));
+        assert!((middle - 0.5 * chart.pitch()).length() < 1e-12, "{middle}");
+        let beside = chart.place(DVec2::new(40.0, 40.0 + 1e-9));
+        assert!((middle - beside).length() < 1e-8, "{beside}");
+    }
 }
