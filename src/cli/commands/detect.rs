@@ -29,20 +29,20 @@ pub(in crate::cli) fn detect(
     words: &[OsString],
     allocations: Allocations,
 ) -> Result<Exit, Failure> {
-    console::start_log(args.report.verbose);
+    console::start_log(args.show.verbose);
     let started = Instant::now();
     let (params, limits) = (args.params(), args.work.limits());
     let files = InputFiles::find(&args.input.names)?;
-    let output = args.output.clone().unwrap_or_else(|| targets::default_output(&files));
+    let output = args.output.lines.clone().unwrap_or_else(|| targets::default_output(&files));
     let outputs: Vec<&Path> =
-        [Some(output.as_path()), args.attributes.as_deref()].into_iter().flatten().collect();
+        [Some(output.as_path()), args.output.attributes.as_deref()].into_iter().flatten().collect();
     let workspace = args.work.workspace.as_deref().map_or_else(|| Workspace::beside(&output), Workspace::at);
     // What a run had begun to hand over when it was killed may be handed over again.
     let begun = |output: &Path| targets::place(output).is_some_and(|place| workspace.has_announced(&place));
-    targets::check(&files.files, &outputs, |output| args.force || begun(output))?;
+    targets::check(&files.files, &outputs, |output| args.output.force || begun(output))?;
 
     bus_error::watch(&files.name());
-    let progress = Progress::new(args.progress(), args.report.verbose, allocations);
+    let progress = Progress::new(args.progress(), args.show.verbose, allocations);
     let parts = outputs.iter().map(|output| part_of(output)).collect();
     let interrupts = Interrupts::watch(&workspace, parts, words)
         .map_err(|e| Failure::new(Exit::Resource, format!("cannot watch for signals: {e}")))?;
@@ -116,21 +116,21 @@ impl Run<'_> {
     /// it.
     fn all(&self, source: &dyn MeshSource, interrupts: &Interrupts) -> Result<Detection<Statistics>, Error> {
         let Run { args, workspace, progress, .. } = *self;
-        let table = args.attributes.as_deref();
+        let table = args.output.attributes.as_deref();
         let mut attributes = table
             .map(|path| {
                 Ok::<_, Error>(AttributeFile::create(path, source)?.with_scratch(workspace.scratch()))
             })
             .transpose()?;
         let job = Job::new(source, args.params(), args.work.limits(), progress)?
-            .with_workspace(workspace, args.force)
+            .with_workspace(workspace, args.output.force)
             .with_stop(interrupts.flag());
         let found = job.run_stored(attributes.as_mut().map(|file| file as &mut dyn FieldSink))?;
         let (stage, total) = (Stage::Write, found.lines.counts().lines);
         let started = Instant::now();
         progress.event(Event::Started { stage, total });
         let mut found = found.try_map(|lines| {
-            let lines = lines.with_geometry(args.geometry.into());
+            let lines = lines.with_geometry(args.output.geometry.into());
             let statistics = Statistics::of(&lines)?;
             write(&lines, attributes, self.output, table, workspace)?;
             Ok::<_, Error>(statistics)

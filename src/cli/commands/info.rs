@@ -27,11 +27,11 @@ const LEAST_STEPS: f64 = 100.0;
 /// # Errors
 /// If the file cannot be read, is not a mesh, or sigma does not suit it.
 pub(in crate::cli) fn info(args: &InfoArgs, allocations: Allocations) -> Result<Exit, Failure> {
-    console::start_log(args.report.verbose);
+    console::start_log(args.show.verbose);
     let limits = args.work.limits();
     let files = InputFiles::find(&args.input.names)?;
     bus_error::watch(&files.name());
-    let progress = Progress::new(args.report.progress, args.report.verbose, allocations);
+    let progress = Progress::new(args.show.progress, args.show.verbose, allocations);
     let scratch = ScratchPlace::below(args.work.workspace.as_deref().unwrap_or(Path::new(".")));
     let input = input::open(&files, args.input.weld, &scratch, &limits, &progress)?;
     let source = input.mesh();

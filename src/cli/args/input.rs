@@ -2,14 +2,15 @@
 //!
 //! In: words of the command line. Out: names, and the choices that [`crate::input`] takes.
 
-use super::args::{WHAT, number};
+use super::WHAT;
+use super::values::number;
 use crate::input::{InputError, MeshSource, Sieve, Weld};
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;
 
 /// What is worked on.
 #[derive(Debug, Args)]
-pub(super) struct InputArgs {
+pub(in crate::cli) struct InputArgs {
     /// The mesh: a file of any size, several files, folders, or patterns in quotes. PLY, OBJ, STL and OFF are read, packed by
     /// gzip or zstd, too. Several files are one mesh in one system of coordinates, as the tiles of a city; of a folder, all
     /// meshes right in it. The order makes no difference. What is not one binary little-endian PLY file is converted first,
@@ -26,7 +27,7 @@ pub(super) struct InputArgs {
 
 /// What is done about faces that cannot be used.
 #[derive(Debug, Args)]
-pub(super) struct BadFacesArgs {
+pub(in crate::cli) struct BadFacesArgs {
     /// What to do about faces that name vertices that do not exist or have coordinates that are not finite: `error`, the
     /// default, stops at the first; `skip` leaves them out and counts them.
     #[arg(long, value_enum, value_name = "WHAT", help_heading = WHAT, default_value = "error",

@@ -3,14 +3,15 @@
 //! In: words. Out: a [`Method`] with its thresholds, or a usage error that names the option the chosen method has no use for:
 //! an option that does nothing is worse than none.
 
-use super::args::{WHAT, share};
+use super::WHAT;
+use super::values::share;
 use crate::config::{Method, PaperThresholds, Sigma};
 use clap::error::ErrorKind;
 use clap::{Args, ValueEnum};
 
 /// The method and the thresholds of the published one.
 #[derive(Debug, Args)]
-pub(super) struct MethodArgs {
+pub(in crate::cli) struct MethodArgs {
     /// How features are told: `robust` follows the noise and the curvature around each place; `paper` is the published
     /// method of neighbour supporting, with global thresholds, for comparison and for clean CAD models.
     #[arg(long, value_enum, value_name = "METHOD", help_heading = WHAT, default_value = "robust", hide_possible_values = true)]
@@ -33,7 +34,7 @@ pub(super) struct MethodArgs {
 
 /// The words of the command line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(super) enum MethodKind {
+pub(in crate::cli) enum MethodKind {
     Robust,
     Paper,
 }
@@ -76,7 +77,7 @@ impl MethodArgs {
 }
 
 /// A usage error.
-pub(super) fn refusal(message: &str) -> clap::Error {
+pub(in crate::cli) fn refusal(message: &str) -> clap::Error {
     clap::Error::raw(ErrorKind::ArgumentConflict, format!("{message}\n"))
 }
 

@@ -1,0 +1,142 @@
+//! The command line as types, with the help texts.
+//!
+//! In: words. Out: [`Params`](crate::config::Params), [`Limits`](crate::config::Limits) and paths whose values are possible ones
+//! on their own; whether they suit a mesh is found out when it has been scanned. Commands are here; groups of options that
+//! belong together have a file each.
+
+mod detect;
+mod input;
+mod method;
+mod output;
+mod show;
+mod sigma;
+#[cfg(test)]
+mod tests;
+mod values;
+mod work;
+
+pub(super) use detect::DetectArgs;
+pub(super) use show::ProgressKind;
+
+use clap::{Args, Parser, Subcommand};
+use input::{BadFacesArgs, InputArgs};
+use method::refusal;
+use show::ShowArgs;
+use sigma::SigmaArgs;
+use std::ffi::OsString;
+use std::path::PathBuf;
+use work::WorkArgs;
+
+/// Headings of the help.
+const WHAT: &str = "What is detected";
+const HOW: &str = "How the work is done (none of this changes the result)";
+const OUTPUT: &str = "Output";
+
+/// Finds feature lines (sharp edges, weak creases, corners) in triangle meshes that may be larger than memory.
+#[derive(Debug, Parser)]
+#[command(name = "crease", version, arg_required_else_help = true, max_term_width = 110, after_help = EXIT_CODES)]
+pub(super) struct Cli {
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+impl Cli {
+    /// Parses `arguments`, of which the first is the name of the program.
+    ///
+    /// # Errors
+    /// If they ask for help or for something that makes no sense.
+    pub fn parse_words(arguments: impl IntoIterator<Item = OsString>) -> Result<Cli, clap::Error> {
+        let cli = Cli::try_parse_from(arguments)?;
+        match &cli.command {
+            Command::Detect(args) => args.method.check(args.sigma.sigma(), args.min_angle)?,
+            Command::Info(args) if args.sigma.sigma().is_zero() => {
+                return Err(refusal("a sigma of 0 needs detect --method paper"));
+            }
+            Command::Info(_) | Command::Diff(_) | Command::Clean(_) => {}
+        }
+        Ok(cli)
+    }
+}
+
+const EXIT_CODES: &str = "\
+Exit codes:
+  0    done (diff: the files are identical)
+  1    internal error (diff: the files differ)
+  2    usage: an option, a parameter that does not suit the mesh, an output that exists already
+  3    bad input: the file cannot be read or is not a mesh
+  4    out of a resource: disk, memory, threads, or an output that cannot be written
+  5    the workspace is damaged, in use, or belongs to another job
+  130  interrupted; the same command goes on";
+
+/// What to do.
+#[derive(Debug, Subcommand)]
+pub(super) enum Command {
+    /// Finds the feature lines of a mesh and writes them to a file.
+    #[command(after_help = DETECT_EXAMPLES)]
+    Detect(DetectArgs),
+    /// Describes a mesh and how it would be worked on, without doing the work.
+    ///
+    /// Reads the file once. Open borders and non-manifold edges are counted by `detect`, because they show only when
+    /// neighbouring faces are joined.
+    Info(InfoArgs),
+    /// Compares two result files record by record.
+    ///
+    /// Prints `identical` and ends with exit code 0, or prints the first difference and a table of all that differs, and
+    /// ends with exit code 1. Any two binary little-endian PLY files can be compared, of any size.
+    Diff(DiffArgs),
+    /// Removes what an interrupted `detect` has kept, if nobody wants to go on with it.
+    ///
+    /// Only files that crease wrote are removed, and the directory if nothing else is in it. A directory without a workspace
+    /// is refused.
+    Clean(CleanArgs),
+}
+
+const DETECT_EXAMPLES: &str = "\
+Examples:
+  crease detect scan.ply
+      writes scan.creases.ply into the current directory
+  crease detect scan.ply -o lines.ply --sigma 0.15 --min-angle 10
+      in a scan in metres: averages over 15 cm, and reports creases of 10 degrees or more
+  crease detect tiles/
+      takes all meshes in a folder as one, and writes tiles.creases.ply into the current directory
+  crease detect city.ply --attributes city.fields.ply --threads 8 --tile-faces 1000000
+      writes a table of all vertices too; works with 8 threads on tiles of a million faces
+
+A run that was interrupted or killed goes on where it stopped when the same command is given again. `crease clean` removes
+what it has kept.";
+
+/// Arguments of `info`.
+#[derive(Debug, Args)]
+pub(super) struct InfoArgs {
+    #[command(flatten)]
+    pub input: InputArgs,
+
+    #[command(flatten)]
+    pub sigma: SigmaArgs,
+
+    #[command(flatten)]
+    pub bad: BadFacesArgs,
+
+    #[command(flatten)]
+    pub work: WorkArgs,
+
+    #[command(flatten)]
+    pub show: ShowArgs,
+}
+
+/// Arguments of `diff`.
+#[derive(Debug, Args)]
+pub(super) struct DiffArgs {
+    /// The first file.
+    pub a: PathBuf,
+    /// The second file.
+    pub b: PathBuf,
+}
+
+/// Arguments of `clean`.
+#[derive(Debug, Args)]
+pub(super) struct CleanArgs {
+    /// The workspace: what was given as `--workspace`, or the directory with the name of the output and `.crease-work`.
+    #[arg(value_name = "DIR")]
+    pub directory: PathBuf,
+}

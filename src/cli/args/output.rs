@@ -1,0 +1,46 @@
+//! What is written, and where.
+
+use super::OUTPUT;
+use crate::stitch::Geometry;
+use clap::{Args, ValueEnum};
+use std::path::PathBuf;
+
+/// The outputs of `detect`.
+#[derive(Debug, Args)]
+pub(in crate::cli) struct OutputArgs {
+    /// Where the lines run: `vertices`, the default, along edges of the mesh, from vertex to vertex; `fitted`, where the
+    /// surfaces on both sides meet, smoothed along the line, as a person would draw them.
+    #[arg(long, value_enum, value_name = "KIND", help_heading = OUTPUT, default_value = "vertices",
+          hide_default_value = true, hide_possible_values = true)]
+    pub geometry: GeometryArg,
+
+    /// Where to write the lines. Default: the name of the input with `.creases.ply` for its extension, in the current
+    /// directory.
+    #[arg(short = 'o', long = "output", value_name = "FILE.ply", help_heading = OUTPUT)]
+    pub lines: Option<PathBuf>,
+
+    /// Also write a table of all vertices in the order of the input: position, eigenvalues of the voting tensor, omega,
+    /// saliency, class. 65 bytes for each vertex.
+    #[arg(long, value_name = "FILE.ply", help_heading = OUTPUT)]
+    pub attributes: Option<PathBuf>,
+
+    /// Replace outputs that exist already.
+    #[arg(long, help_heading = OUTPUT)]
+    pub force: bool,
+}
+
+/// Where lines run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(in crate::cli) enum GeometryArg {
+    Vertices,
+    Fitted,
+}
+
+impl From<GeometryArg> for Geometry {
+    fn from(geometry: GeometryArg) -> Geometry {
+        match geometry {
+            GeometryArg::Vertices => Geometry::Vertices,
+            GeometryArg::Fitted => Geometry::Fitted,
+        }
+    }
+}
