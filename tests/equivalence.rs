@@ -54,7 +54,7 @@ fn outcome(mesh: &Path, params: Params, limits: Limits, kept: Lines) -> Outcome 
             (largest, found.work.tiles)
         }
         Lines::Spilled => {
-            let memory = LineMemory { open: u64::MAX, lines: LITTLE };
+            let memory = LineMemory { open: LITTLE, last: u64::MAX, lines: LITTLE };
             let job = job.with_line_memory(memory).with_scratch(dir.path(), true);
             let found = job.run_stored(Some(&mut table)).unwrap_or_else(|e| panic!("{what}: {e}"));
             assert!(found.lines.spilled() || found.lines.counts().vertices < 200, "{}", mesh.display());

@@ -261,7 +261,7 @@ fn in_little_memory() {
         let found = Job::new(&source, params, limits, &Silent)?
             .with_scratch(&work, false)
             .with_order_memory(1)
-            .with_line_memory(LineMemory { open: u64::MAX, lines: 1 << 12 })
+            .with_line_memory(LineMemory { lines: 1 << 12, ..LineMemory::UNBOUNDED })
             .run_stored(Some(&mut fields))?;
         assert!(found.work.rewritten && found.lines.spilled(), "this tests nothing");
         let largest = found.lines.largest_salience();

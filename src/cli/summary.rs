@@ -300,6 +300,7 @@ mod tests {
             rewritten: false,
             temporary_bytes: 0,
             stitch: StitchWork::default(),
+            waits: crate::pipeline::Waits::default(),
             stages: vec![(Stage::Scan, Duration::from_secs(1))],
         };
         let mut statistics = Statistics::default();

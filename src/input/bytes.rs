@@ -5,12 +5,20 @@
 //! not exist, and shared use from several threads needs no lock, because reads carry their position.
 
 use super::InputError;
-use super::map::map;
+use super::map::{map, release};
 use memmap2::Mmap;
 use std::fs::{self, File, Metadata};
 use std::io;
 use std::os::unix::fs::{FileExt, MetadataExt};
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
+
+/// Bytes of a map that are touched before its pages are given up. They stay in the page cache as long as the system has
+/// room, and come back for a microsecond each 64 KiB; but the process holds no more of the file than this, however large
+/// the file is, and what is reported as resident is what it needs.
+const RESIDENT: u64 = 64 << 20;
+/// Bytes of a page.
+const PAGE: u64 = 4096;
 
 /// How the bytes of a file are reached.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -66,6 +74,8 @@ pub struct ByteSource {
     len: u64,
     file: File,
     map: Option<Mmap>,
+    /// Bytes of the map that were touched since its pages were given up, about: threads may lose some.
+    touched: AtomicU64,
     /// When it was opened.
     identity: Identity,
 }
@@ -100,6 +110,7 @@ impl ByteSource {
             len,
             file,
             map: mapped,
+            touched: AtomicU64::new(0),
             identity: Identity::of(&metadata),
         })
     }
@@ -146,9 +157,30 @@ impl ByteSource {
         self.len == 0
     }
 
-    /// All bytes, if the file is mapped.
+    /// All bytes, if the file is mapped. Who reads many of them says so by [`ByteSource::touched`].
     pub fn mapped(&self) -> Option<&[u8]> {
         self.map.as_deref()
+    }
+
+    /// About `bytes` of the map were read.
+    pub fn touched(&self, bytes: u64) {
+        let Some(map) = &self.map else { return };
+        let touched = self.touched.load(Relaxed) + bytes;
+        if touched < RESIDENT {
+            self.touched.store(touched, Relaxed);
+        } else {
+            self.touched.store(0, Relaxed);
+            release(map);
+        }
+    }
+
+    /// Records of `stride` bytes at places that ascend were read.
+    pub fn touched_records(&self, places: impl Iterator<Item = u64>, stride: u64) {
+        let pages = |place: u64| place / PAGE;
+        let mut last = u64::MAX;
+        let fresh =
+            places.filter(|&place| std::mem::replace(&mut last, pages(place)) != pages(place)).count();
+        self.touched(fresh as u64 * PAGE.max(stride));
     }
 
     /// The `len` bytes from `offset` on: borrowed from the map, or read into `scratch`, whose content is replaced.
@@ -164,6 +196,10 @@ impl ByteSource {
         match &self.map {
             Some(map) => {
                 let range = self.range(offset, len)?;
+                // Single records are counted by whoever reads many of them.
+                if len >= PAGE {
+                    self.touched(len);
+                }
                 // The range lies inside the map, whose length is a usize.
                 Ok(&map[range.start as usize..range.end as usize])
             }
@@ -182,6 +218,7 @@ impl ByteSource {
         let range = self.range(offset, len)?;
         match &self.map {
             Some(map) => {
+                self.touched(len);
                 out.clear();
                 out.extend_from_slice(&map[range.start as usize..range.end as usize]);
             }
@@ -326,6 +363,31 @@ mod tests {
         source.bytes(0, 100, &mut scratch).unwrap();
         let error = source.bytes(90, 20, &mut scratch).unwrap_err();
         assert!(error.to_string().contains("it ends before byte 110, but it had 256 bytes"), "{error}");
+    }
+
+    #[test]
+    #[cfg(target_os = "linux")]
+    fn pages_that_were_read_are_given_up() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("bytes");
+        let length = 5 * RESIDENT;
+        File::create(&path).unwrap().set_len(length).unwrap();
+        let source = ByteSource::open(&path, IoMode::Map).unwrap();
+        let resident = || {
+            let status = fs::read_to_string("/proc/self/smaps").unwrap();
+            let name = path.to_str().unwrap();
+            let mut lines = status.lines().skip_while(|line| !line.ends_with(name)).skip(1);
+            let rss = lines.find(|line| line.starts_with("Rss:")).unwrap();
+            rss.split_whitespace().nth(1).unwrap().parse::<u64>().unwrap() << 10
+        };
+        let (mut sum, mut most) = (0, 0);
+        for chunk in 0..length >> 20 {
+            let bytes = source.bytes(chunk << 20, 1 << 20, &mut Vec::new()).map(<[u8]>::to_vec).unwrap();
+            sum += bytes.iter().step_by(PAGE as usize).filter(|&&byte| byte == 0).count() as u64;
+            most = most.max(resident());
+        }
+        assert_eq!(sum, length / PAGE);
+        assert!((RESIDENT / 2..=2 * RESIDENT).contains(&most), "{most} bytes were resident");
     }
 
     #[test]

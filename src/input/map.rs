@@ -10,7 +10,7 @@
 #![allow(unsafe_code)]
 
 use libc::{c_int, c_void, siginfo_t};
-use memmap2::Mmap;
+use memmap2::{Mmap, UncheckedAdvice};
 use std::fs::File;
 use std::io;
 use std::ptr;
@@ -21,6 +21,14 @@ pub(super) fn map(file: &File) -> io::Result<Mmap> {
     // SAFETY: the mapping is read only and private to this process; that nobody changes or truncates the file
     // underneath it is the documented condition for `IoMode::Map` and `IoMode::Auto`.
     unsafe { Mmap::map(file) }
+}
+
+/// Takes the pages of a map out of the resident set of this process; the next reader gets them back from the page cache.
+/// A system that refuses loses nothing by it.
+pub(super) fn release(map: &Mmap) {
+    // SAFETY: what this advice endangers is what was written to the pages. The map is shared, read only and backed by a
+    // file: nothing was, and who reads them meanwhile or later reads the same bytes of the file.
+    let _ = unsafe { map.unchecked_advise(UncheckedAdvice::DontNeed) };
 }
 
 /// What the handler writes. Never freed: a handler may be reading it.

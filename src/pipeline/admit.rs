@@ -9,6 +9,7 @@
 use super::budget::{Budget, Permit};
 use super::certify::{Certified, Halo, certify};
 use super::sizing::{expected_faces, faces_in, tile_bytes};
+use super::waits::Clock;
 use crate::error::Error;
 use crate::input::MeshSource;
 use crate::mesh::TileId;
@@ -33,6 +34,8 @@ pub struct Admission<'a, 'b> {
     plan: &'a Plan,
     halo: &'a Halo,
     budget: &'b Budget,
+    /// How long it was waited for.
+    waiting_for_memory: &'a Clock,
     /// Where the work of loading is done. Waiting is not: a thread of the pool that waited for a tile to be done might be the
     /// one that has taken up loading in the middle of that very tile.
     pool: &'a ThreadPool,
@@ -58,13 +61,13 @@ impl<'a, 'b> Admission<'a, 'b> {
         source: &'a dyn MeshSource,
         plan: &'a Plan,
         halo: &'a Halo,
-        budget: &'b Budget,
+        (budget, waiting_for_memory): (&'b Budget, &'a Clock),
         pool: &'a ThreadPool,
         pieces: &'a [AtomicU32],
         rounds: u32,
     ) -> Admission<'a, 'b> {
         let waiting = (0..).map(TileId).zip(plan.cells.iter().copied()).collect();
-        Admission { source, plan, halo, budget, pool, waiting, pieces, rounds }
+        Admission { source, plan, halo, budget, waiting_for_memory, pool, waiting, pieces, rounds }
     }
 
     /// The same, but for cells that are done.
@@ -113,7 +116,7 @@ impl<'a, 'b> Admission<'a, 'b> {
     }
 
     fn load(&mut self, id: TileId, cell: &Cell, bytes: u64) -> Result<Admitted<'b>, Error> {
-        let mut permit = self.budget.reserve(bytes);
+        let mut permit = self.waiting_for_memory.over(|| self.budget.reserve(bytes));
         let margin = self.halo.margin(self.plan, self.rounds);
         let tile = self
             .pool

@@ -17,7 +17,9 @@ mod run;
 mod seams;
 mod sizing;
 mod stop;
+mod waits;
 
 pub use events::{Event, Observer, Silent, Stage};
 pub use planned::Planned;
 pub use run::{Detection, Job, Work};
+pub use waits::Waits;

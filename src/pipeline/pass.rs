@@ -11,6 +11,7 @@ use super::ledger::Ledger;
 use super::planned::Planned;
 use super::run::Job;
 use super::stop::{Stoppable, go_on};
+use super::waits::{Clocks, Waits};
 use crate::error::Error;
 use crate::input::MeshSource;
 use crate::mesh::TileId;
@@ -37,9 +38,17 @@ pub(super) struct Taken<T> {
     pub kept: bool,
 }
 
+/// How a pass went.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Passed {
+    /// How often a region had to grow.
+    pub regrown: u64,
+    /// Who waited for whom.
+    pub waits: Waits,
+}
+
 impl Job<'_> {
-    /// `compute` makes something of each tile, which `take` gets, tiles in any order. Returns how often a region had to
-    /// grow.
+    /// `compute` makes something of each tile, which `take` gets, tiles in any order.
     pub(super) fn over_tiles<T: Send + Serialize + DeserializeOwned>(
         &self,
         (source, planned, ledger): (&dyn MeshSource, &Planned, &mut Ledger),
@@ -47,7 +56,7 @@ impl Job<'_> {
         pass: Pass,
         compute: impl Fn(&Admitted) -> T + Sync,
         mut take: impl FnMut(Taken<T>) -> Result<(), Error>,
-    ) -> Result<u64, Error> {
+    ) -> Result<Passed, Error> {
         ledger.replay(pass, |result, whole| {
             go_on(self.stop)?;
             take(Taken { result, whole, kept: true })
@@ -57,17 +66,19 @@ impl Job<'_> {
         let halo = self.halo(&plan.scale, pass);
         let budget = Budget::new(planned.tile_memory);
         let pieces: Vec<AtomicU32> = plan.cells.iter().map(|_| AtomicU32::new(1)).collect();
-        let admission = Admission::new(&source, plan, &halo, &budget, &self.pool, &pieces, planned.rounds)
+        let clocks = Clocks::default();
+        let memory = (&budget, &clocks.memory);
+        let admission = Admission::new(&source, plan, &halo, memory, &self.pool, &pieces, planned.rounds)
             .without(&ledger.done(pass));
         let (to_workers, from_loader) = bounded::<Box<Admitted>>(WAITING_TILES);
         let (to_committer, results) = bounded::<Outcome<T>>(WAITING_TILES);
         let mut regrown = 0;
         std::thread::scope(|scope| {
             let failed = to_committer.clone();
-            scope.spawn(|| self.load_tiles(admission, stage, to_workers, failed));
+            scope.spawn(|| self.load_tiles(admission, stage, (to_workers, failed), &clocks));
             for _ in 0..WORKERS {
                 let (from_loader, to_committer) = (from_loader.clone(), to_committer.clone());
-                scope.spawn(|| self.work_on_tiles(&compute, from_loader, to_committer));
+                scope.spawn(|| self.work_on_tiles(&compute, from_loader, to_committer, &clocks));
             }
             // What is left here would keep the channels open when everybody else has gone.
             drop((from_loader, to_committer));
@@ -87,15 +98,15 @@ impl Job<'_> {
             outcome
         })?;
         ledger.sync()?;
-        Ok(regrown)
+        Ok(Passed { regrown, waits: clocks.sum() })
     }
 
     fn load_tiles<'b, T>(
         &self,
         mut admission: Admission<'_, 'b>,
         stage: Stage,
-        to_workers: Sender<Box<Admitted<'b>>>,
-        failed: Sender<Outcome<'b, T>>,
+        (to_workers, failed): (Sender<Box<Admitted<'b>>>, Sender<Outcome<'b, T>>),
+        clocks: &Clocks,
     ) {
         loop {
             let next = guarded(admission.next_id(), || {
@@ -106,7 +117,7 @@ impl Job<'_> {
                 Ok(None) => return,
                 Ok(Some(Next::Cut)) => self.observer.event(Event::Grown { stage, by: 1 }),
                 Ok(Some(Next::Tile(tile))) => {
-                    if to_workers.send(tile).is_err() {
+                    if clocks.to_workers(&to_workers, tile).is_err() {
                         return;
                     }
                 }
@@ -124,8 +135,9 @@ impl Job<'_> {
         compute: &(impl Fn(&Admitted) -> T + Sync),
         from_loader: Receiver<Box<Admitted<'b>>>,
         to_committer: Sender<Outcome<'b, T>>,
+        clocks: &Clocks,
     ) {
-        for admitted in from_loader {
+        for admitted in clocks.tiles(&from_loader) {
             let result = guarded(admitted.id, || {
                 go_on(self.stop)?;
                 Ok(self.pool.install(|| compute(&admitted)))
@@ -134,7 +146,7 @@ impl Job<'_> {
             let regrown = tile.regrown;
             drop(tile);
             let done = result.map(|result| Done { id, result, regrown, _permit: permit });
-            if to_committer.send(done).is_err() {
+            if clocks.to_committer(&to_committer, done).is_err() {
                 return;
             }
         }

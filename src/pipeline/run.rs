@@ -10,10 +10,11 @@ use super::events::{Event, Observer, Stage};
 use super::ledger::Ledger;
 use super::order::{ORDER_MEMORY, Room};
 use super::paper::PaperMethod;
-use super::pass::Taken;
+use super::pass::{Passed, Taken};
 use super::planned::Planned;
 use super::prepare::Prepared;
 use super::stop::{NEVER, Stoppable};
+use super::waits::Waits;
 use crate::config::{Limits, Method, NO_LIMIT, PaperThresholds, Params};
 use crate::error::Error;
 use crate::input::{InputError, MeshSource};
@@ -73,8 +74,17 @@ pub struct Work {
     pub temporary_bytes: u64,
     /// How the stitching went.
     pub stitch: StitchWork,
+    /// How long loading, computing and committing waited for each other.
+    pub waits: Waits,
     /// Wall time of each stage.
     pub stages: Vec<(Stage, Duration)>,
+}
+
+impl Work {
+    fn add(&mut self, pass: Passed) {
+        self.regrown += pass.regrown;
+        self.waits += pass.waits;
+    }
 }
 
 /// A job over a source. Built once, run once.
@@ -119,7 +129,12 @@ impl<'a> Job<'a> {
         };
         let line_memory = match limits.memory {
             NO_LIMIT => LineMemory::UNBOUNDED,
-            memory => LineMemory::halves(memory / LINE_SHARE),
+            memory => LineMemory {
+                open: memory / LINE_SHARE / 2,
+                lines: memory / LINE_SHARE / 2,
+                // By then there are no tiles, and the plan is small.
+                last: memory / 4 * 3,
+            },
         };
         let (stop, workspace, reach_factor) = (&NEVER, None, 1.0);
         Ok(Job { source, params, limits, observer, pool, stop, room, workspace, reach_factor, line_memory })
@@ -280,17 +295,17 @@ impl<'a> Job<'a> {
         let mut omega = OmegaRange::default();
         let range = |tile: &Admitted| method.omega_range(&tile.tile);
         let mesh = (source, planned, &mut *ledger);
-        work.regrown += self.over_tiles(mesh, stage, Pass::Omega, range, |taken: Taken<OmegaRange>| {
+        work.add(self.over_tiles(mesh, stage, Pass::Omega, range, |taken: Taken<OmegaRange>| {
             omega = omega.join(taken.result);
             Ok(())
-        })?;
+        })?);
         let mut salience = 0.0f64;
         let largest = |tile: &Admitted| method.largest_salience(&tile.tile, omega);
         let mesh = (source, planned, ledger);
-        work.regrown += self.over_tiles(mesh, stage, Pass::Salience, largest, |taken: Taken<f64>| {
+        work.add(self.over_tiles(mesh, stage, Pass::Salience, largest, |taken: Taken<f64>| {
             salience = salience.max(taken.result);
             Ok(())
-        })?;
+        })?);
         Ok(Extremes { omega, salience })
     }
 
@@ -306,7 +321,7 @@ impl<'a> Job<'a> {
         let rules = Rules::new(&plan.scale, &self.params);
         let mut stitcher = Stitcher::new(rules, self.line_memory, &self.room.scratch.beside());
         let compute = |tile: &Admitted| compute(&tile.tile, plan, &self.params, extremes, with_fields);
-        let regrown =
+        let pass =
             self.over_tiles(mesh, Stage::Tiles, Pass::Links, compute, |taken: Taken<TileResult>| {
                 let Taken { result: tile, whole, kept } = taken;
                 if !kept {
@@ -320,7 +335,7 @@ impl<'a> Job<'a> {
                 stitcher.take(tile.share)?;
                 Ok(whole.map_or(Ok(()), |cell| stitcher.done(cell))?)
             })?;
-        work.regrown += regrown;
+        work.add(pass);
         Ok(stitcher)
     }
 

@@ -100,6 +100,11 @@ impl SpillWriter {
         Ok(Extent { offset, bytes: payload.len() as u32 })
     }
 
+    /// Where the file is; nothing is there before the first block.
+    pub fn path(&self) -> &Path {
+        &self.file.path
+    }
+
     /// Bytes written so far, heads not counted.
     pub fn payload(&self) -> u64 {
         self.file.payload + self.pending.len().saturating_sub(HEAD) as u64

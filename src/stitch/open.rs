@@ -4,13 +4,16 @@
 //! [`super::close`] holds for them. What is held is what the seams between finished and unfinished tiles cut, wherever in
 //! the mesh the tiles are; it does not grow with the mesh behind them. Which components come out, and when they come, does
 //! depend on the order of the tiles; what is in them does not.
+//!
+//! A network of lines that runs through the whole mesh grows all the same: what is known of such components goes to the
+//! disk, and they are finished when no tile is in memory any more.
 
 use super::close::OpenPart;
-use super::component::Part;
 use super::error::StitchError;
 use super::fragments::Kind;
+use super::shelf::{Content, Shelf, ShelfReader};
 use crate::mesh::{TileId, VertexId};
-use glam::DVec3;
+use crate::spill::ScratchPlace;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 /// Components that wait for tiles.
@@ -26,6 +29,9 @@ pub struct OpenComponents {
     /// Number of the next component.
     next: u64,
     memory: u64,
+    shelf: Shelf,
+    /// Whole ones that take too much memory to be finished now.
+    aside: Vec<Content>,
     /// Now.
     held: Held,
     /// At most, each on its own.
@@ -41,7 +47,7 @@ pub struct Held {
     pub vertices: u64,
     /// Links.
     pub links: u64,
-    /// Bytes that they take.
+    /// Bytes that they take in memory.
     pub bytes: u64,
 }
 
@@ -49,7 +55,7 @@ pub struct Held {
 #[derive(Debug)]
 struct Component {
     kind: Kind,
-    part: Part,
+    content: Content,
     /// Vertices that other tiles may name.
     seams: Vec<VertexId>,
     /// Tiles that own something near them and have not handed over everything.
@@ -63,12 +69,12 @@ const AWAITED_BYTES: u64 = 64;
 const COMPONENT_BYTES: u64 = 256;
 /// How much more memory finishing a component takes than the component: its graph, the search along it, the equations
 /// of its lines, and the lines.
-const FINISHING: u64 = 6;
+pub(super) const FINISHING: u64 = 6;
 
 impl Component {
     fn bytes(&self) -> u64 {
         let seams = SEAM_BYTES * self.seams.len() as u64 + AWAITED_BYTES * self.awaits.len() as u64;
-        COMPONENT_BYTES + self.part.bytes() + seams
+        COMPONENT_BYTES + self.content.held_bytes() + seams
     }
 }
 
@@ -76,8 +82,8 @@ impl Held {
     fn of(component: &Component) -> Held {
         Held {
             components: 1,
-            vertices: component.part.vertices.len() as u64,
-            links: component.part.links.len() as u64,
+            vertices: component.content.vertices(),
+            links: component.content.links(),
             bytes: component.bytes(),
         }
     }
@@ -93,8 +99,8 @@ impl Held {
 }
 
 impl OpenComponents {
-    /// Nothing yet; all of it together may take `memory` bytes.
-    pub fn new(memory: u64) -> OpenComponents {
+    /// Nothing yet; all of it together may take `memory` bytes. What is more goes to `scratch`.
+    pub fn new(memory: u64, scratch: &ScratchPlace) -> OpenComponents {
         OpenComponents {
             components: BTreeMap::new(),
             at: HashMap::new(),
@@ -102,6 +108,8 @@ impl OpenComponents {
             done: BTreeSet::new(),
             next: 0,
             memory,
+            shelf: Shelf::new(scratch),
+            aside: Vec::new(),
             held: Held::default(),
             peak: Held::default(),
         }
@@ -121,14 +129,14 @@ impl OpenComponents {
     /// for nothing any more: then it shares none, because what it shared them with would wait for this tile.
     ///
     /// # Errors
-    /// If that takes more than the memory.
-    pub fn add(&mut self, open: OpenPart) -> Result<Option<Part>, StitchError> {
+    /// If a temporary file cannot be written, or the seams alone take more than the memory.
+    pub fn add(&mut self, open: OpenPart) -> Result<Option<Content>, StitchError> {
         let OpenPart { kind, part, seams } = open;
         let awaits = seams.iter().flat_map(|seam| &seam.tiles).copied().filter(|t| !self.done.contains(t));
         let awaits = awaits.collect();
         let seams: Vec<VertexId> = seams.iter().map(|seam| seam.vertex).collect();
         let touched: BTreeSet<u64> = seams.iter().filter_map(|&v| self.at.get(&(kind, v)).copied()).collect();
-        let mut joined = Component { kind, part, seams, awaits };
+        let mut joined = Component { kind, content: part.into(), seams, awaits };
         let mut number = self.next;
         self.next += 1;
         for other in touched {
@@ -141,7 +149,7 @@ impl OpenComponents {
                 }
                 false => (joined, component),
             };
-            large.part.append(small.part);
+            large.content.append(small.content);
             large.seams.extend(small.seams);
             large.awaits.extend(small.awaits);
             joined = large;
@@ -150,7 +158,7 @@ impl OpenComponents {
     }
 
     /// `tile` has handed over everything. Returns what is whole now.
-    pub fn done(&mut self, tile: TileId) -> Vec<Part> {
+    pub fn done(&mut self, tile: TileId) -> Vec<Content> {
         self.done.insert(tile);
         let mut whole = Vec::new();
         for number in self.waiting.remove(&tile).unwrap_or_default() {
@@ -158,22 +166,44 @@ impl OpenComponents {
                 component.awaits.remove(&tile);
                 self.held.bytes -= AWAITED_BYTES;
                 if component.awaits.is_empty() {
-                    whole.extend(self.take(number).map(|component| component.part));
+                    whole.extend(self.take(number).map(|component| component.content));
                 }
             }
         }
         whole
     }
 
-    /// Everything that is still there, whole or not.
-    pub fn rest(&mut self) -> Vec<Part> {
-        let numbers: Vec<u64> = self.components.keys().copied().collect();
-        numbers.into_iter().filter_map(|number| self.take(number)).map(|component| component.part).collect()
+    /// Keeps a whole component until the end.
+    ///
+    /// # Errors
+    /// If a temporary file cannot be written.
+    pub fn put_aside(&mut self, mut content: Content) -> Result<(), StitchError> {
+        self.shelf.put(&mut content)?;
+        self.aside.push(content);
+        Ok(())
     }
 
-    fn put(&mut self, number: u64, mut component: Component) -> Result<Option<Part>, StitchError> {
+    /// Everything that is still there, whole or not, and where to read it.
+    ///
+    /// # Errors
+    /// If a temporary file cannot be read.
+    pub fn rest(mut self) -> Result<(Vec<Content>, ShelfReader), StitchError> {
+        debug_assert!(
+            self.components.is_empty(),
+            "{} components wait for tiles that nobody called done",
+            self.components.len()
+        );
+        let numbers: Vec<u64> = self.components.keys().copied().collect();
+        let mut all = std::mem::take(&mut self.aside);
+        all.extend(
+            numbers.into_iter().filter_map(|number| self.take(number)).map(|component| component.content),
+        );
+        Ok((all, self.shelf.finish()?))
+    }
+
+    fn put(&mut self, number: u64, mut component: Component) -> Result<Option<Content>, StitchError> {
         if component.awaits.is_empty() {
-            return Ok(Some(component.part));
+            return Ok(Some(component.content));
         }
         component.seams.sort_unstable();
         component.seams.dedup();
@@ -182,13 +212,35 @@ impl OpenComponents {
             self.waiting.entry(tile).or_default().insert(number);
         }
         self.held = self.held.combine(Held::of(&component), |a, b| a + b);
-        self.peak = self.peak.combine(self.held, u64::max);
-        let needed = self.held.bytes.saturating_add(FINISHING.saturating_mul(component.part.bytes()));
-        if needed > self.memory {
-            return Err(too_large(&component, needed, self.memory));
-        }
         self.components.insert(number, component);
+        if self.held.bytes > self.memory {
+            self.shelve(number)?;
+        }
+        self.peak = self.peak.combine(self.held, u64::max);
         Ok(None)
+    }
+
+    /// Puts the largest components on the shelf, until half of the memory is free: not every one that comes then finds it
+    /// full again. `last` is the component that was too much.
+    fn shelve(&mut self, last: u64) -> Result<(), StitchError> {
+        let size = |(&number, component): (&u64, &Component)| (component.content.held_bytes(), number);
+        let mut by_size: Vec<(u64, u64)> = self.components.iter().map(size).collect();
+        by_size.sort_unstable();
+        while self.held.bytes > self.memory / 2
+            && let Some((_, number)) = by_size.pop()
+        {
+            if let Some(component) = self.components.get_mut(&number) {
+                self.held.bytes -= component.bytes();
+                self.shelf.put(&mut component.content)?;
+                self.held.bytes += component.bytes();
+            }
+        }
+        match self.components.get(&last) {
+            Some(component) if self.held.bytes > self.memory => {
+                Err(too_large(&component.content, self.held.bytes, self.memory))
+            }
+            _ => Ok(()),
+        }
     }
 
     fn take(&mut self, number: u64) -> Option<Component> {
@@ -204,7 +256,6 @@ impl OpenComponents {
     }
 }
 
-fn too_large(component: &Component, needed: u64, memory: u64) -> StitchError {
-    let near = component.part.vertices.first().map_or(DVec3::ZERO, |v| v.position).to_array();
-    StitchError::TooLarge { vertices: component.part.vertices.len() as u64, near, needed, memory }
+pub(super) fn too_large(content: &Content, needed: u64, memory: u64) -> StitchError {
+    StitchError::TooLarge { vertices: content.vertices(), near: content.near().to_array(), needed, memory }
 }

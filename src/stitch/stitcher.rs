@@ -4,10 +4,11 @@
 //! finished as soon as it is whole and then is no more than its lines, which go to the store.
 
 use super::close::TileShare;
-use super::component::{Part, Rules, finish};
+use super::component::{Rules, finish};
 use super::error::StitchError;
 use super::fragments::Defects;
-use super::open::{Held, OpenComponents};
+use super::open::{FINISHING, Held, OpenComponents, too_large};
+use super::shelf::Content;
 use super::store::{LineStore, StoredLines};
 use crate::mesh::TileId;
 use crate::spill::ScratchPlace;
@@ -16,6 +17,7 @@ use crate::spill::ScratchPlace;
 #[derive(Debug)]
 pub struct Stitcher {
     rules: Rules,
+    memory: LineMemory,
     open: OpenComponents,
     store: LineStore,
     largest_salience: f64,
@@ -26,20 +28,17 @@ pub struct Stitcher {
 /// Bytes that stitching may use.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LineMemory {
-    /// For components that are open between tiles. What does not fit is an error.
+    /// For components that are open between tiles. What does not fit goes to files.
     pub open: u64,
+    /// For a component of those files, when all tiles are done. If one does not fit, that is an error.
+    pub last: u64,
     /// For lines. What does not fit goes to files.
     pub lines: u64,
 }
 
 impl LineMemory {
     /// As much as there is.
-    pub const UNBOUNDED: LineMemory = LineMemory { open: u64::MAX, lines: u64::MAX };
-
-    /// A half of `bytes` for each.
-    pub fn halves(bytes: u64) -> LineMemory {
-        LineMemory { open: bytes / 2, lines: bytes / 2 }
-    }
+    pub const UNBOUNDED: LineMemory = LineMemory { open: u64::MAX, last: u64::MAX, lines: u64::MAX };
 }
 
 /// How the stitching went. None of it is part of the result.
@@ -65,11 +64,12 @@ pub struct Stitched {
 }
 
 impl Stitcher {
-    /// Nothing yet. Lines that do not fit into `memory` go to files in `scratch`, which is made when the first of them does.
+    /// Nothing yet. What does not fit into `memory` goes to files in `scratch`, which is made when the first of it does.
     pub fn new(rules: Rules, memory: LineMemory, scratch: &ScratchPlace) -> Stitcher {
         Stitcher {
             rules,
-            open: OpenComponents::new(memory.open),
+            memory,
+            open: OpenComponents::new(memory.open, scratch),
             store: LineStore::new(memory.lines, scratch),
             largest_salience: 0.0,
             defects: Defects::default(),
@@ -81,7 +81,7 @@ impl Stitcher {
     /// seams, under the id of the tile itself.
     ///
     /// # Errors
-    /// If the memory does not suffice or a temporary file cannot be written.
+    /// If a temporary file cannot be written, or seams alone outgrow the memory.
     pub fn take(&mut self, share: TileShare) -> Result<(), StitchError> {
         self.largest_salience = self.largest_salience.max(share.largest_salience);
         self.defects.add(&share.defects);
@@ -89,7 +89,7 @@ impl Stitcher {
         self.store.put(share.finished)?;
         for open in share.open {
             let whole = self.open.add(open)?;
-            self.finish_parts(whole)?;
+            whole.map_or(Ok(()), |whole| self.finish_whole(whole))?;
         }
         Ok(())
     }
@@ -99,8 +99,7 @@ impl Stitcher {
     /// # Errors
     /// If a temporary file cannot be written.
     pub fn done(&mut self, tile: TileId) -> Result<(), StitchError> {
-        let whole = self.open.done(tile);
-        self.finish_parts(whole)
+        self.open.done(tile).into_iter().try_for_each(|whole| self.finish_whole(whole))
     }
 
     /// Links that were handed over.
@@ -118,23 +117,36 @@ impl Stitcher {
         self.open.held().bytes + self.store.bytes()
     }
 
-    /// All lines. By now every tile is done.
+    /// All lines. By now every tile is done, and its memory is free.
     ///
     /// # Errors
-    /// If a temporary file cannot be written or read.
-    pub fn finish(mut self) -> Result<Stitched, StitchError> {
-        let rest = self.open.rest();
-        debug_assert!(rest.is_empty(), "{} components wait for tiles that nobody called done", rest.len());
-        self.finish_parts(rest)?;
-        let most_open = self.open.peak();
-        let lines = self.store.finish(self.largest_salience)?;
+    /// If a temporary file cannot be written or read, or a component does not fit into the memory alone.
+    pub fn finish(self) -> Result<Stitched, StitchError> {
+        let Stitcher { rules, memory, open, mut store, largest_salience, defects, links } = self;
+        let most_open = open.peak();
+        let (rest, shelf) = open.rest()?;
+        for content in rest {
+            let needed = content.whole_bytes().saturating_mul(1 + FINISHING);
+            if needed > memory.last {
+                return Err(too_large(&content, needed, memory.last));
+            }
+            store.put(finish(shelf.take(content)?, &rules, |_, _| ()))?;
+        }
+        let lines = store.finish(largest_salience)?;
         let peak_bytes = most_open.bytes + lines.peak_bytes();
-        let work = StitchWork { links: self.links, most_open, peak_bytes };
-        Ok(Stitched { lines, defects: self.defects, work })
+        let work = StitchWork { links, most_open, peak_bytes };
+        Ok(Stitched { lines, defects, work })
     }
 
-    /// One at a time: finishing takes several times the memory of what is finished.
-    fn finish_parts(&mut self, parts: impl IntoIterator<Item = Part>) -> Result<(), StitchError> {
-        parts.into_iter().try_for_each(|part| self.store.put(finish(part, &self.rules, |_, _| ())))
+    /// Finishes one component; that takes several times its memory, and if it is not there, it waits for the end.
+    fn finish_whole(&mut self, whole: Content) -> Result<(), StitchError> {
+        let needed = whole.whole_bytes().saturating_mul(FINISHING).saturating_add(self.open.held().bytes);
+        if needed > self.memory.open {
+            return self.open.put_aside(whole);
+        }
+        match whole.into_part() {
+            Ok(part) => self.store.put(finish(part, &self.rules, |_, _| ())),
+            Err(shelved) => self.open.put_aside(shelved),
+        }
     }
 }

@@ -121,8 +121,13 @@ fn rules(shortest: f64, min_angle_deg: f64) -> Rules {
 
 /// Stitches the tiles in this order. Both geometries, and how many links there were.
 fn streamed(world: &World, order: &[u32], rules: Rules, lines: u64) -> ([LineSet; 2], u64) {
+    within(world, order, rules, LineMemory { lines, ..LineMemory::UNBOUNDED })
+}
+
+/// The same with as much memory.
+fn within(world: &World, order: &[u32], rules: Rules, memory: LineMemory) -> ([LineSet; 2], u64) {
     let parent = tempfile::tempdir().expect("a temporary directory");
-    let memory = LineMemory { open: u64::MAX, lines };
+    let lines = memory.lines;
     let mut stitcher = Stitcher::new(rules, memory, &parent.path().into());
     for &tile in order {
         stitcher.take(close(world.fragments(TileId(tile)), &rules, &|_| ())).expect("room");
@@ -239,9 +244,10 @@ proptest! {
         shortest in 0.0f64..8.0,
         min_angle in prop::sample::select(vec![0.0, 40.0, 60.0]),
         lines in prop::sample::select(vec![0, 1 << 14, u64::MAX]),
+        open in prop::sample::select(vec![1 << 17, u64::MAX]),
     ) {
         let rules = rules(shortest, min_angle);
-        let (stitched, _) = streamed(&world, &order, rules, lines);
+        let (stitched, _) = within(&world, &order, rules, LineMemory { open, lines, last: u64::MAX });
         prop_assert_eq!(stitched, at_once(&world, rules));
     }
 }
@@ -320,7 +326,7 @@ fn open_part(vertices: std::ops::Range<u64>, seam: u64, tiles: &[u32]) -> OpenPa
 
 #[test]
 fn a_component_is_whole_when_all_it_waits_for_are_done() {
-    let mut open = OpenComponents::new(u64::MAX);
+    let mut open = OpenComponents::new(u64::MAX, &Path::new("/nowhere").into());
     open.add(open_part(0..4, 3, &[1, 2])).expect("room");
     assert!(open.done(TileId(0)).is_empty());
     // Tile 1 adds to it at the seam, and waits for tile 3 as well.
@@ -333,9 +339,9 @@ fn a_component_is_whole_when_all_it_waits_for_are_done() {
     open.add(open_part(8..11, 9, &[5])).expect("room");
     // What comes after all that it waits for is whole when it comes.
     let late = open.add(open_part(11..13, 12, &[0, 1])).expect("room").expect("whole");
-    assert_eq!(late.links.len(), 1);
+    assert_eq!(late.links(), 1);
     let whole = open.done(TileId(2));
-    assert_eq!((whole.len(), whole[0].links.len(), whole[0].vertices.len()), (1, 5, 7));
+    assert_eq!((whole.len(), whole[0].links(), whole[0].vertices()), (1, 5, 7));
     assert_eq!(open.held().components, 1);
     assert_eq!(open.done(TileId(5)).len(), 1);
     assert_eq!((open.held(), open.peak().links), (Held::default(), 7));
@@ -344,7 +350,7 @@ fn a_component_is_whole_when_all_it_waits_for_are_done() {
 #[test]
 fn parts_of_one_tile_wait_for_the_tile() {
     // Where a cell was cut again, its halves wait for each other under the same number.
-    let mut open = OpenComponents::new(u64::MAX);
+    let mut open = OpenComponents::new(u64::MAX, &Path::new("/nowhere").into());
     open.add(open_part(0..4, 3, &[7])).expect("room");
     open.add(open_part(3..6, 3, &[7])).expect("room");
     assert_eq!(open.held().components, 1);
@@ -352,11 +358,46 @@ fn parts_of_one_tile_wait_for_the_tile() {
 }
 
 #[test]
-fn what_does_not_fit_is_an_error_that_says_where() {
-    let mut open = OpenComponents::new(8000);
-    open.add(open_part(0..4, 3, &[1])).expect("room");
-    let error = open.add(open_part(3..12, 3, &[2])).expect_err("that is too much");
-    assert!(matches!(error, StitchError::TooLarge { vertices: 13, memory: 8000, .. }), "{error}");
+fn what_outgrows_the_memory_waits_on_disk() {
+    let line = World::plain(7).with_line((0..SIDE).map(|x| (x, 5)));
+    let order = [0, 3, 1, 6, 2, 5, 4];
+    let memory = |last| LineMemory { open: 3000, last, lines: u64::MAX };
+    let (stitched, _) = within(&line, &order, rules(2.0, 0.0), memory(u64::MAX));
+    assert_eq!(stitched, at_once(&line, rules(2.0, 0.0)));
+
+    let parent = tempfile::tempdir().expect("a temporary directory");
+    let mut stitcher = Stitcher::new(rules(2.0, 0.0), memory(1 << 16), &parent.path().into());
+    for tile in order {
+        stitcher.take(close(line.fragments(TileId(tile)), &rules(2.0, 0.0), &|_| ())).expect("room");
+        assert!(stitcher.open().bytes <= 3000);
+        stitcher.done(TileId(tile)).expect("room");
+    }
+    let files = || std::fs::read_dir(parent.path()).expect("list").count();
+    assert_eq!(files(), 1, "nothing went to the disk");
+    stitcher.finish().expect("it fits when it is alone");
+    assert_eq!(files(), 0, "something was left behind");
+}
+
+#[test]
+fn what_does_not_fit_alone_is_an_error_that_says_where() {
+    let line = World::plain(2).with_line((0..SIDE).map(|x| (x, 5)));
+    let parent = tempfile::tempdir().expect("a temporary directory");
+    let memory = LineMemory { open: 3000, last: 4000, lines: u64::MAX };
+    let mut stitcher = Stitcher::new(rules(2.0, 0.0), memory, &parent.path().into());
+    for tile in 0..2 {
+        stitcher.take(close(line.fragments(TileId(tile)), &rules(2.0, 0.0), &|_| ())).expect("room");
+        stitcher.done(TileId(tile)).expect("room");
+    }
+    let error = stitcher.finish().expect_err("that is too much");
+    assert!(matches!(error, StitchError::TooLarge { memory: 4000, .. }), "{error}");
     let text = error.to_string();
     assert!(text.contains("near (") && text.contains("give more memory"), "{text}");
+}
+
+#[test]
+fn seams_that_outgrow_the_memory_are_an_error() {
+    let mut open = OpenComponents::new(600, &std::env::temp_dir().as_path().into());
+    open.add(open_part(0..4, 3, &[1])).expect("room for a component without its content");
+    let error = open.add(open_part(8..12, 9, &[2])).expect_err("that is too much");
+    assert!(matches!(error, StitchError::TooLarge { memory: 600, .. }), "{error}");
 }

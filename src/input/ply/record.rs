@@ -188,6 +188,10 @@ impl<'a> Window<'a> {
     #[inline]
     pub fn at(&mut self, offset: u64, len: u64) -> Result<&[u8], InputError> {
         if self.source.mapped().is_some() {
+            if offset.saturating_sub(self.start) >= self.ahead {
+                self.source.touched(offset - self.start);
+                self.start = offset;
+            }
             return self.source.bytes(offset, len, &mut self.buffer);
         }
         let held = |start: u64, buffer: &[u8]| {

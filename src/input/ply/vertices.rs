@@ -127,6 +127,7 @@ impl Vertices {
             &Records::Fixed { start, stride } => {
                 let decoder = Decoder::new(&self.places);
                 if source.mapped().is_some() {
+                    source.touched_records(ids.iter().map(|id| start + id.0 * stride), stride);
                     for id in ids {
                         // Borrows from the map, hence no scratch.
                         let mut scratch = Vec::new();
@@ -159,6 +160,8 @@ impl Vertices {
     ) -> Result<(), InputError> {
         out.clear();
         if let (&Records::Fixed { start, stride }, Some(map)) = (&self.layout.records, source.mapped()) {
+            // Each vertex is a corner of some six triangles, which come one after the other in a file with some order.
+            source.touched(corners.len() as u64 * stride);
             let table = Table { vertices: self, source, bytes: &map[start as usize..], stride };
             return match Decoder::new(&self.places) {
                 Decoder::Floats(offset) => {
