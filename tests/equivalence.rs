@@ -145,6 +145,26 @@ fn the_paper_method_gives_the_same_bytes_for_every_cut() {
 }
 
 #[test]
+fn shortcuts_change_nothing() {
+    let all_work = |faces| Limits { shortcuts: false, ..limits(faces, 2, IoMode::Map) };
+    for name in FIXTURES {
+        let mesh = fixture(&format!("meshes/{name}.ply"));
+        assert_equivalent(&mesh, Params::default(), &[all_work(None), all_work(Some(700))]);
+    }
+    // Without a table of all vertices, planes are fitted only where lines are left.
+    let lines = |shortcuts| {
+        let source = PlySource::open(&fixture("meshes/city.ply"), IoMode::Map).expect("a mesh");
+        let limits = Limits { shortcuts, ..support::in_core() };
+        let job = Job::new(&source, Params::default(), limits, &Silent).expect("a job");
+        job.run(None).expect("lines").lines
+    };
+    assert_eq!(lines(true), lines(false));
+    // Faces in no good order, which shortcuts renumber.
+    let Some(scan) = real("iron_realscan") else { return };
+    assert_equivalent(&scan, Params::default(), &[all_work(None)]);
+}
+
+#[test]
 fn parameters_do_not_loosen_it() {
     let wide = Params { sigma: Sigma::Edges(4.5), min_angle_deg: 10.0, ..Params::default() };
     let narrow = Params { sigma: Sigma::Length(1.7), min_length_sigmas: 1.0, ..Params::default() };

@@ -184,11 +184,15 @@ pub struct Limits {
     pub memory: u64,
     /// What is done about a file without spatial order.
     pub order: Order,
+    /// Whether work is left out that nothing in the result depends on. To do it all the same is of use to those only who
+    /// want to see that.
+    pub shortcuts: bool,
 }
 
 impl Default for Limits {
     fn default() -> Self {
-        Limits { threads: 0, tiling: Tiling::Auto, io: IoMode::Auto, memory: NO_LIMIT, order: Order::Auto }
+        let (tiling, io, order) = (Tiling::Auto, IoMode::Auto, Order::Auto);
+        Limits { threads: 0, tiling, io, memory: NO_LIMIT, order, shortcuts: true }
     }
 }
 

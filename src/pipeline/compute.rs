@@ -35,17 +35,26 @@ pub struct TileResult {
     pub owned_faces: u64,
 }
 
-/// Steps A to D, and F as far as it is local. The paper method needs the `extremes` of the whole mesh. `with_fields` asks
-/// for the fields of every owned vertex.
+/// What is asked for, and how.
+#[derive(Clone, Copy, Debug)]
+pub struct Asked {
+    /// The fields of every owned vertex.
+    pub fields: bool,
+    /// To leave out what nothing in the result depends on: contrast where no trace looks, planes where no line is left,
+    /// good order where the file has none.
+    pub shortcuts: bool,
+}
+
+/// Steps A to D, and F as far as it is local. The paper method needs the `extremes` of the whole mesh.
 pub fn compute(
     tile: &Certified,
     plan: &Plan,
     params: &Params,
     extremes: &Extremes,
-    with_fields: bool,
+    asked: Asked,
 ) -> TileResult {
     let finding = match &params.method {
-        Method::Robust => find(tile, plan, params),
+        Method::Robust => find(tile, plan, params, asked.shortcuts),
         Method::Paper(thresholds) => {
             PaperMethod { plan, sigma: params.sigma, thresholds }.find(tile, extremes)
         }
@@ -58,12 +67,12 @@ pub fn compute(
     named.extend(open_edges.iter().flat_map(|e| e.ends));
     named.sort_unstable();
     named.dedup();
-    let with = if with_fields { tile.demand.owned.as_slice() } else { &[] };
-    let table = finding.table(tile, plan, &named, with);
+    let with = if asked.fields { tile.demand.owned.as_slice() } else { &[] };
+    let table = finding.table(tile, plan, &named, with, asked.shortcuts);
     // Planes are fitted where the tables or the lines will show them.
     let fit = |candidates: &mut [&mut Candidate]| {
         let at: Vec<u32> = candidates.iter().map(|c| local(mesh, c.id)).collect();
-        let fits = if with_fields { table.of(&at) } else { finding.fits(tile, plan, &at) };
+        let fits = if table.is_made() { table.of(&at) } else { finding.fits(tile, plan, &at) };
         for ((candidate, v), fit) in candidates.iter_mut().zip(at).zip(fits) {
             candidate.class = finding.class(v, &fit);
             candidate.fit = fit;
@@ -106,9 +115,9 @@ struct Tensors {
 }
 
 /// Steps A and B: refined normals, tensors, fold angles.
-fn vote(tile: &Certified, plan: &Plan) -> Tensors {
+fn vote(tile: &Certified, plan: &Plan, shortcuts: bool) -> Tensors {
     let Certified { mesh, faces, demand, vertex_rounds, .. } = tile;
-    let normals = refine(mesh, faces, &plan.scale, &tile.noise, &tile.needed);
+    let normals = refine(mesh, faces, &plan.scale, &tile.noise, &tile.needed, shortcuts);
     let tokens = first_votes(mesh, faces, &normals, &plan.scale, &demand.voted);
     let again = vote_again(mesh, &tokens, &plan.scale, &demand.voted);
     let mut votes = votes(mesh, &tokens, &again, &demand.voted);
@@ -120,12 +129,15 @@ fn vote(tile: &Certified, plan: &Plan) -> Tensors {
 }
 
 /// Contrast, stops, support and R.
-fn find(tile: &Certified, plan: &Plan, params: &Params) -> Finding {
+fn find(tile: &Certified, plan: &Plan, params: &Params, shortcuts: bool) -> Finding {
     let Certified { mesh, demand, vertex_rounds, .. } = tile;
-    let Tensors { refined, votes, surroundings } = vote(tile, plan);
+    let Tensors { refined, votes, surroundings } = vote(tile, plan, shortcuts);
     let positions = smooth(mesh, &plan.scale, vertex_rounds, &demand.smoothed);
     let stops = stops(mesh, &votes, &demand.traced);
-    let traced = traceable(&votes, &surroundings, &demand.traced);
+    let traced = match shortcuts {
+        true => traceable(&votes, &surroundings, &demand.traced),
+        false => demand.traced.clone(),
+    };
     let evidence = Evidence {
         mesh,
         votes: &votes,
@@ -177,6 +189,11 @@ impl FitTable {
         self.at.binary_search(&v).map_or_else(|_| Fit::default(), |i| self.fits[i])
     }
 
+    /// Whether the fits were made beforehand.
+    fn is_made(&self) -> bool {
+        !self.at.is_empty()
+    }
+
     fn of(&self, at: &[u32]) -> Vec<Fit> {
         at.iter().map(|&v| self.at(v)).collect()
     }
@@ -199,9 +216,10 @@ impl Finding {
         links
     }
 
-    /// Step F at the vertices of lines (`named`) and at those of `with` that are features, if there are any `with`.
-    fn table(&self, tile: &Certified, plan: &Plan, named: &[u32], with: &[u32]) -> FitTable {
-        if with.is_empty() {
+    /// Step F at the vertices of lines (`named`) and at those of `with` that are features, if there are any `with`, or if
+    /// nobody wants shortcuts.
+    fn table(&self, tile: &Certified, plan: &Plan, named: &[u32], with: &[u32], shortcuts: bool) -> FitTable {
+        if with.is_empty() && shortcuts {
             return FitTable::default();
         }
         let feature = |v: &u32| self.support.get(*v).feature() && !self.stops.get(*v).any();

@@ -5,7 +5,7 @@
 
 use super::admit::Admitted;
 use super::certify::Halo;
-use super::compute::{TileResult, compute};
+use super::compute::{Asked, TileResult, compute};
 use super::events::{Event, Observer, Stage};
 use super::ledger::Ledger;
 use super::order::{ORDER_MEMORY, Room};
@@ -320,7 +320,8 @@ impl<'a> Job<'a> {
         let plan = &mesh.1.plan;
         let rules = Rules::new(&plan.scale, &self.params);
         let mut stitcher = Stitcher::new(rules, self.line_memory, &self.room.scratch.beside());
-        let compute = |tile: &Admitted| compute(&tile.tile, plan, &self.params, extremes, with_fields);
+        let asked = Asked { fields: with_fields, shortcuts: self.limits.shortcuts };
+        let compute = |tile: &Admitted| compute(&tile.tile, plan, &self.params, extremes, asked);
         let pass =
             self.over_tiles(mesh, Stage::Tiles, Pass::Links, compute, |taken: Taken<TileResult>| {
                 let Taken { result: tile, whole, kept } = taken;

@@ -28,9 +28,9 @@ const RARE: usize = 8;
 const STRIDE: usize = 61;
 
 impl<'a> Near<'a> {
-    /// Renumbers the faces of `mesh`, if that is worth it.
-    pub fn new(mesh: &'a TileMesh) -> Near<'a> {
-        if is_coherent(mesh) { Near::as_they_are(mesh) } else { Near::renumbered(mesh) }
+    /// Renumbers the faces of `mesh`, if that is worth it and somebody wants it.
+    pub fn new(mesh: &'a TileMesh, wanted: bool) -> Near<'a> {
+        if !wanted || is_coherent(mesh) { Near::as_they_are(mesh) } else { Near::renumbered(mesh) }
     }
 
     /// With the numbers of the tile.

@@ -143,14 +143,16 @@ pub fn rounds(scale: &Scale, s0: f64) -> u32 {
 }
 
 /// Refines the normals: face `f` takes part in its first `needed[f]` rounds. `s0[f]` must be known where that is not 0.
+/// `shortcuts` has faces renumbered for it where they lie in no good order.
 pub fn refine(
     mesh: &TileMesh,
     faces: &FaceGeometry,
     scale: &Scale,
     s0: &[Option<f64>],
     needed: &[u32],
+    shortcuts: bool,
 ) -> Vec<DVec3> {
-    let near = Near::new(mesh);
+    let near = Near::new(mesh, shortcuts);
     let in_order = 0..mesh.face_count() as u32;
     let mut voters: Vec<Voter> = in_order
         .clone()

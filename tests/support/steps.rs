@@ -113,7 +113,7 @@ impl Steps {
     pub fn compute(tile: &Tile, plan: &Plan) -> Steps {
         let Tile { mesh, demand, vertex_rounds, .. } = tile;
         let scale = &plan.scale;
-        let normals = refine(mesh, &tile.faces, &plan.scale, &tile.noise, &tile.needed);
+        let normals = refine(mesh, &tile.faces, &plan.scale, &tile.noise, &tile.needed, true);
         let tokens = first_votes(mesh, &tile.faces, &normals, scale, &demand.voted);
         let again = vote_again(mesh, &tokens, scale, &demand.voted);
         let mut votes = votes(mesh, &tokens, &again, &demand.voted);

@@ -39,6 +39,10 @@ pub(in crate::cli) struct WorkArgs {
     #[arg(long, value_enum, value_name = "ORDER", help_heading = HOW, default_value = "auto", hide = true)]
     order: OrderArg,
 
+    /// Do all work, whether anything in the result depends on it or not, for those who measure.
+    #[arg(long, help_heading = HOW, hide = true)]
+    no_shortcuts: bool,
+
     /// The directory for what is done, so that an interrupted run goes on where it stopped, and for temporary files, which
     /// are needed to convert the input, and if faces that are neighbours in space are far apart in the file: up to three times
     /// its size. Made when it is needed, and removed when the outputs are there. Default: the name of the output with
@@ -58,7 +62,8 @@ impl WorkArgs {
         };
         let memory = self.memory.unwrap_or_else(default_memory);
         let threads = if self.threads == 0 { processors() } else { self.threads.into() };
-        Limits { threads, tiling, io: self.io.into(), memory, order: self.order.into() }
+        let shortcuts = !self.no_shortcuts;
+        Limits { threads, tiling, io: self.io.into(), memory, order: self.order.into(), shortcuts }
     }
 }
 
