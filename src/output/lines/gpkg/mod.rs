@@ -85,12 +85,15 @@ fn fill(
     Ok(all)
 }
 
-/// What SQLite says, as what the system says of a file.
+/// What SQLite says, as what the system says of a file. SQLite has words of its own for a disk that is full or broken; what the
+/// system said is what this thread was told last, because nothing else was asked of it since.
 fn refused(part: &PartFile, error: Error) -> OutputError {
-    let kind = match error.sqlite_error_code() {
-        Some(ErrorCode::DiskFull) => io::ErrorKind::StorageFull,
-        Some(ErrorCode::OutOfMemory) => io::ErrorKind::OutOfMemory,
-        _ => io::ErrorKind::Other,
+    use ErrorCode::{CannotOpen, DiskFull, ReadOnly, SystemIoFailure};
+    let system = io::Error::last_os_error();
+    let said = match error.sqlite_error_code() {
+        Some(DiskFull | CannotOpen | ReadOnly | SystemIoFailure) if system.raw_os_error() != Some(0) => system,
+        Some(DiskFull) => io::Error::new(io::ErrorKind::StorageFull, error),
+        _ => io::Error::other(error),
     };
-    OutputError::io(part.target(), "cannot write")(io::Error::new(kind, error))
+    OutputError::io(part.target(), "cannot write")(said)
 }
