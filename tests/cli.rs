@@ -174,7 +174,7 @@ fn outputs_that_would_destroy_something_are_2() {
         &["o.ply: is named for two outputs"],
     );
     place.refuses("detect bracket.ply -o folder.ply --force", 2, &["folder.ply: is a directory"]);
-    place.refuses("detect bracket.ply -o lines.obj", 2, &["lines.obj: only PLY files"]);
+    place.refuses("detect bracket.ply -o lines.shp", 2, &["lines.shp: its name does not say", ".ply, .obj"]);
     for name in ["old.ply", "bracket.creases.ply"] {
         assert_eq!(fs::read(place.path(name)).expect("read"), b"old");
     }

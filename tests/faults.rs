@@ -286,6 +286,12 @@ fn outputs() {
 }
 
 #[test]
+fn outputs_for_other_programs() {
+    let words = "--tile-faces 100 --boundaries -o {}/a.gpkg -o {}/a.vtp -o {}/a.csv --annotate {}/mesh.ply";
+    Scene::in_work("defects", words, false).each_call_fails_once();
+}
+
+#[test]
 fn temporary_files_of_a_mesh_that_is_rewritten() {
     let words = "--tile-faces 100 --order rewrite -o {}/lines.ply --attributes {}/fields.ply";
     Scene::in_work("defects", words, false).each_call_fails_once();

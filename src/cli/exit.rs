@@ -114,7 +114,9 @@ impl From<OutputError> for Failure {
     fn from(error: OutputError) -> Failure {
         match error {
             OutputError::Lines(StitchError::Spill(error)) => error.into(),
-            OutputError::Exists { .. } => Failure::new(Exit::Usage, error.to_string()),
+            OutputError::Exists { .. } | OutputError::PropertyExists { .. } => {
+                Failure::new(Exit::Usage, error.to_string())
+            }
             OutputError::InUse { .. } => Failure::new(Exit::Workspace, error.to_string()),
             _ if error.is_out_of_space() => Failure::new(
                 Exit::Resource,

@@ -19,6 +19,7 @@ mod interrupt;
 mod kill;
 mod memory;
 mod memory_limit;
+mod outputs;
 mod progress;
 mod records;
 mod summary;

@@ -5,7 +5,7 @@
 
 use super::exit::{Exit, Failure};
 use crate::input::InputFiles;
-use crate::output::{PartFile, check_target, directory_of, part_of};
+use crate::output::{LineFormat, PartFile, check_target, directory_of, part_of};
 use std::path::{Path, PathBuf};
 
 /// The name of the lines if none is given: that of the input, in the current directory.
@@ -25,7 +25,6 @@ pub(super) fn check(
     may_replace: impl Fn(&Path) -> bool,
 ) -> Result<(), Failure> {
     for (i, output) in outputs.iter().enumerate() {
-        check_extension(output)?;
         check_directory(output)?;
         if let Some(sacrifice) = inputs.iter().find_map(|input| clash(input, output)) {
             let reason = format!("is the input; writing {} would destroy it", output.display());
@@ -50,14 +49,30 @@ pub(super) fn check(
     Ok(())
 }
 
-fn check_extension(output: &Path) -> Result<(), Failure> {
-    match output.extension() {
-        Some(extension) if extension.eq_ignore_ascii_case("ply") => Ok(()),
-        _ => Err(Failure::about(
-            Exit::Usage,
-            output,
-            "only PLY files can be written; give a name that ends in .ply",
-        )),
+/// The format that a name asks for.
+///
+/// # Errors
+/// If there is none.
+pub(super) fn format(output: &Path) -> Result<LineFormat, Failure> {
+    LineFormat::of(output).ok_or_else(|| {
+        let kinds: Vec<String> =
+            LineFormat::ALL.iter().map(|format| format!(".{}", format.extension())).collect();
+        let reason = format!("its name does not say how to write it; it must end in {}", kinds.join(", "));
+        Failure::about(Exit::Usage, output, reason)
+    })
+}
+
+/// Checks the name of something that is a table of vertices: these are PLY only.
+///
+/// # Errors
+/// If the name asks for something else.
+pub(super) fn check_table(output: &Path) -> Result<(), Failure> {
+    match LineFormat::of(output) {
+        Some(LineFormat::Ply) => Ok(()),
+        _ => {
+            let reason = "vertices are written as PLY only; give a name that ends in .ply";
+            Err(Failure::about(Exit::Usage, output, reason))
+        }
     }
 }
 
@@ -106,6 +121,21 @@ mod tests {
     }
 
     #[test]
+    fn the_ending_says_what_is_written() {
+        assert_eq!(format("a/b.creases.PLY".as_ref()).ok(), Some(LineFormat::Ply));
+        assert_eq!(format("b.geojson".as_ref()).ok(), Some(LineFormat::GeoJson));
+        for name in ["out", "out.json", ".ply", "out.ply.gz"] {
+            let failure = format(name.as_ref()).expect_err(name);
+            assert_eq!(failure.exit, Exit::Usage);
+            for kind in LineFormat::ALL {
+                let ending = format!(".{}", kind.extension());
+                assert!(failure.message.contains(&ending), "{ending} is not in {failure:?}");
+            }
+        }
+        assert!(check_table("t.ply".as_ref()).is_ok() && check_table("t.obj".as_ref()).is_err());
+    }
+
+    #[test]
     fn nothing_is_destroyed() {
         let directory = tempfile::tempdir().expect("a temporary directory");
         let at = |name: &str| directory.path().join(name);
@@ -124,7 +154,7 @@ mod tests {
         assert_eq!(exit(&input, &[&other], false), Exit::Usage);
         assert_eq!(exit(&input, &[&other], true), Exit::Done);
         let detour = directory.path().join(".").join("in.ply");
-        for clash in [&input, &detour, &at("link.ply"), &at("dir.ply"), &at("out.obj"), &at("out")] {
+        for clash in [&input, &detour, &at("link.ply"), &at("dir.ply")] {
             assert_eq!(exit(&input, &[clash], true), Exit::Usage, "{clash:?}");
         }
         assert_eq!(exit(&at("x.ply.part"), &[&at("x.ply")], true), Exit::Usage);

@@ -43,6 +43,17 @@ pub enum OutputError {
         /// Of what.
         what: &'static str,
     },
+    /// The mesh that is to be annotated says such a thing of its vertices already.
+    #[error(
+        "{path}: its vertices have a property `{property}` already, which the annotated mesh would have twice; rename or drop it",
+        path = path.display()
+    )]
+    PropertyExists {
+        /// The mesh.
+        path: PathBuf,
+        /// The property.
+        property: &'static str,
+    },
     /// The lines cannot be read back.
     #[error(transparent)]
     Lines(#[from] StitchError),

@@ -52,6 +52,11 @@ impl PartFile {
         &self.file
     }
 
+    /// Where it is until it is whole.
+    pub(super) fn path(&self) -> &Path {
+        &self.part
+    }
+
     /// The name it will have.
     pub fn target(&self) -> &Path {
         &self.target

@@ -18,6 +18,7 @@ mod plain;
 mod point;
 mod reader;
 mod scratch;
+mod sized;
 mod sorter;
 
 pub use buckets::Buckets;
@@ -29,6 +30,7 @@ pub use plain::{PlainFile, PlainWriter};
 pub use point::{at_points, point};
 pub use reader::{BlockReader, SpillReader};
 pub use scratch::{ScratchDir, remove_left_behind};
+pub use sized::SizedFile;
 pub use sorter::{Merge, Record, Sorted, Sorter};
 
 /// Largest block that is worth having: beyond it, a disk does not get faster.

@@ -16,6 +16,7 @@ mod values;
 mod work;
 
 pub(super) use detect::DetectArgs;
+pub(super) use output::OutputArgs;
 pub(super) use show::ProgressKind;
 
 use clap::{Args, Parser, Subcommand};
@@ -99,6 +100,10 @@ Examples:
       in a scan in metres: averages over 15 cm, and reports creases of 10 degrees or more
   crease detect tiles/
       takes all meshes in a folder as one, and writes tiles.creases.ply into the current directory
+  crease detect city.ply -o city.gpkg -o city.dxf --crs EPSG:28992
+      the lines as a GeoPackage that knows its system of coordinates, and as DXF with a layer for each class
+  crease detect part.ply -o part.vtp --annotate part.annotated.ply
+      the lines for ParaView, and the mesh itself with the saliency, the class and the line of each vertex
   crease detect city.ply --attributes city.fields.ply --threads 8 --tile-faces 1000000
       writes a table of all vertices too; works with 8 threads on tiles of a million faces
 

@@ -1,6 +1,7 @@
 //! What is written, and where.
 
 use super::OUTPUT;
+use crate::output::Crs;
 use crate::stitch::Geometry;
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;
@@ -14,15 +15,26 @@ pub(in crate::cli) struct OutputArgs {
           hide_default_value = true, hide_possible_values = true)]
     pub geometry: GeometryArg,
 
-    /// Where to write the lines. Default: the name of the input with `.creases.ply` for its extension, in the current
-    /// directory.
-    #[arg(short = 'o', long = "output", value_name = "FILE.ply", help_heading = OUTPUT)]
-    pub lines: Option<PathBuf>,
+    /// Where to write the lines; may be given several times. The ending says how: `.ply` (all there is to know), `.obj`, `.vtp`
+    /// (ParaView), `.dxf` (CAD, a layer for each class), `.geojson`, `.gpkg` (GeoPackage), `.csv` (a row for each line, with its
+    /// points as WKT). Default: the name of the input with `.creases.ply` for its extension, in the current directory.
+    #[arg(short = 'o', long = "output", value_name = "FILE", help_heading = OUTPUT)]
+    pub lines: Vec<PathBuf>,
+
+    /// The system that the coordinates of the mesh are in, which GeoJSON and GeoPackage pass on; nothing is transformed. x is
+    /// east or longitude. Other outputs have no place for it.
+    #[arg(long, value_name = "EPSG:N", help_heading = OUTPUT, value_parser = Crs::parse)]
+    pub crs: Option<Crs>,
 
     /// Also write a table of all vertices in the order of the input: position, eigenvalues of the voting tensor, omega,
     /// saliency, class. 65 bytes for each vertex.
     #[arg(long, value_name = "FILE.ply", help_heading = OUTPUT)]
     pub attributes: Option<PathBuf>,
+
+    /// Also write the mesh itself, with all that its file holds, and for each vertex its saliency, its class, and the first
+    /// line through it. If the input had to be converted, it is the converted mesh: positions and polygons.
+    #[arg(long, value_name = "FILE.ply", help_heading = OUTPUT)]
+    pub annotate: Option<PathBuf>,
 
     /// Replace outputs that exist already.
     #[arg(long, help_heading = OUTPUT)]

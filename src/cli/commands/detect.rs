@@ -6,18 +6,19 @@ use crate::cli::args::DetectArgs;
 use crate::cli::exit::{Exit, Failure};
 use crate::cli::interrupt::Interrupts;
 use crate::cli::memory::Allocations;
+use crate::cli::outputs::{Outputs, commit};
 use crate::cli::progress::Progress;
 use crate::cli::summary::{Outcome, Written};
 use crate::cli::{bus_error, console, input, memory, targets};
 use crate::error::Error;
-use crate::input::{InputFiles, MeshSource, Sieve};
-use crate::output::{AttributeFile, FieldSink, part_of, stage_ply};
+use crate::input::{InputError, InputFiles, MeshSource, PlySource, Sieve};
+use crate::output::part_of;
 use crate::pipeline::{Detection, Event, Job, Observer, Stage};
-use crate::stitch::{LineSource, Statistics, StoredLines};
+use crate::stitch::{LineSource, Statistics};
 use crate::workspace::{Workspace, WorkspaceError};
 use std::ffi::OsString;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::Instant;
 
 /// Does what `args` ask for, which come from the command line `words`.
@@ -33,10 +34,10 @@ pub(in crate::cli) fn detect(
     let started = Instant::now();
     let (params, limits) = (args.params(), args.work.limits());
     let files = InputFiles::find(&args.input.names)?;
-    let output = args.output.lines.clone().unwrap_or_else(|| targets::default_output(&files));
-    let outputs: Vec<&Path> =
-        [Some(output.as_path()), args.output.attributes.as_deref()].into_iter().flatten().collect();
-    let workspace = args.work.workspace.as_deref().map_or_else(|| Workspace::beside(&output), Workspace::at);
+    let writing = Outputs::new(&args.output, &files)?;
+    let outputs = writing.paths();
+    let workspace =
+        args.work.workspace.as_deref().map_or_else(|| Workspace::beside(writing.main()), Workspace::at);
     // What a run had begun to hand over when it was killed may be handed over again.
     let begun = |output: &Path| targets::place(output).is_some_and(|place| workspace.has_announced(&place));
     targets::check(&files.files, &outputs, |output| args.output.force || begun(output))?;
@@ -47,7 +48,7 @@ pub(in crate::cli) fn detect(
     let interrupts = Interrupts::watch(&workspace, parts, words)
         .map_err(|e| Failure::new(Exit::Resource, format!("cannot watch for signals: {e}")))?;
     let name = files.name();
-    let run = Run { args, input: &name, output: &output, workspace: &workspace, progress: &progress };
+    let run = Run { args, input: &name, outputs: &writing, workspace: &workspace, progress: &progress };
     // Whatever is made of the input goes to the workspace as well.
     let opened = input::open(&files, args.input.weld, &workspace.scratch(), &limits, &progress);
     let input = match opened {
@@ -59,7 +60,7 @@ pub(in crate::cli) fn detect(
     };
     let sieve = args.bad.sieve(input.mesh())?;
     let source: &dyn MeshSource = sieve.as_ref().map_or(input.mesh(), |sieve| sieve);
-    let mut found = match run.all(source, &interrupts) {
+    let mut found = match run.all(input.mesh(), source, &interrupts) {
         Ok(found) => found,
         Err(error) => {
             interrupts.claim_end();
@@ -106,33 +107,42 @@ pub(in crate::cli) fn detect(
 struct Run<'a> {
     args: &'a DetectArgs,
     input: &'a Path,
-    output: &'a Path,
+    outputs: &'a Outputs,
     workspace: &'a Workspace,
     progress: &'a Progress,
 }
 
 impl Run<'_> {
     /// Detects and writes, and sums the lines up. A file that is not finished when this fails is removed by whoever drops
-    /// it.
-    fn all(&self, source: &dyn MeshSource, interrupts: &Interrupts) -> Result<Detection<Statistics>, Error> {
-        let Run { args, workspace, progress, .. } = *self;
-        let table = args.output.attributes.as_deref();
-        let mut attributes = table
-            .map(|path| {
-                Ok::<_, Error>(AttributeFile::create(path, source)?.with_scratch(workspace.scratch()))
-            })
-            .transpose()?;
-        let job = Job::new(source, args.params(), args.work.limits(), progress)?
+    /// it. `source` is what of `mesh` is worked on.
+    fn all(
+        &self,
+        mesh: &PlySource,
+        source: &dyn MeshSource,
+        interrupts: &Interrupts,
+    ) -> Result<Detection<Statistics>, Error> {
+        let Run { args, outputs, workspace, progress, .. } = *self;
+        let mut limits = args.work.limits();
+        let mut tables = outputs.begin(mesh, source, &workspace.scratch(), limits.memory)?;
+        // What tables hold, tiles cannot.
+        limits.memory -= outputs.memory(limits.memory);
+        let job = Job::new(source, args.params(), limits, progress)?
             .with_workspace(workspace, args.output.force)
             .with_stop(interrupts.flag());
-        let found = job.run_stored(attributes.as_mut().map(|file| file as &mut dyn FieldSink))?;
+        let found = job.run_stored(tables.sink())?;
         let (stage, total) = (Stage::Write, found.lines.counts().lines);
         let started = Instant::now();
         progress.event(Event::Started { stage, total });
         let mut found = found.try_map(|lines| {
             let lines = lines.with_geometry(args.output.geometry.into());
             let statistics = Statistics::of(&lines)?;
-            write(&lines, attributes, self.output, table, workspace)?;
+            let parts = outputs.stage(&lines, tables).map_err(|error| match error {
+                Error::Input(error @ InputError::Changed { .. }) => {
+                    Error::Changed { stage: stage.name(), error }
+                }
+                other => other,
+            })?;
+            commit(parts, &outputs.paths(), workspace)?;
             Ok::<_, Error>(statistics)
         })?;
         progress.event(Event::Advanced { stage, by: total });
@@ -178,61 +188,5 @@ impl Run<'_> {
             tracing::warn!("{error}");
         }
         useless
-    }
-}
-
-/// Writes everything before anything gets its name, because a full disk shows while writing. Two files cannot appear in
-/// one instant: if the second does not get its name, the first is taken away again; and if the process dies in between,
-/// the workspace says that they may be replaced.
-fn write(
-    found: &StoredLines,
-    attributes: Option<AttributeFile>,
-    output: &Path,
-    table: Option<&Path>,
-    workspace: &Workspace,
-) -> Result<(), Error> {
-    let lines = stage_ply(output, found)?;
-    let outputs: Vec<PathBuf> =
-        [Some(output), table].into_iter().flatten().filter_map(targets::place).collect();
-    workspace.announce(&outputs)?;
-    if let Some(attributes) = attributes {
-        attributes.finish(found.largest_salience())?;
-    }
-    let committed = lines.commit().inspect_err(|_| {
-        if let Some(table) = table {
-            // The error to report is the one that brought us here.
-            let _ = fs::remove_file(table);
-        }
-    });
-    Ok(committed?)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::config::{Limits, Params};
-    use crate::input::MemorySource;
-    use crate::pipeline::Silent;
-    use glam::DVec3;
-
-    #[test]
-    fn both_files_appear_or_none() {
-        let source = MemorySource::new(&[DVec3::ZERO, DVec3::X, DVec3::Y], &[[0, 1, 2]]).expect("a triangle");
-        let job = Job::new(&source, Params::default(), Limits::default(), &Silent).expect("a job");
-        let found = job.run_stored(None).expect("a result").lines;
-        let directory = tempfile::tempdir().expect("a temporary directory");
-        let [lines, table] = ["lines.ply", "table.ply"].map(|name| directory.path().join(name));
-        let attributes = || AttributeFile::create(&table, &source).ok();
-
-        // A directory that turned up meanwhile keeps the lines from getting their name.
-        fs::create_dir(&lines).expect("create");
-        write(&found, attributes(), &lines, Some(&table), &Workspace::at(&directory.path().join("work")))
-            .expect_err("there is a directory in the way");
-        assert_eq!(fs::read_dir(directory.path()).expect("list").count(), 1);
-
-        fs::remove_dir(&lines).expect("remove");
-        write(&found, attributes(), &lines, Some(&table), &Workspace::at(&directory.path().join("work")))
-            .expect("nothing is in the way");
-        assert_eq!(fs::read_dir(directory.path()).expect("list").count(), 2);
     }
 }

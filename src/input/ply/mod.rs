@@ -9,6 +9,7 @@ mod binary;
 mod faces;
 mod header;
 mod layout;
+mod raw;
 mod record;
 mod scalar;
 mod stream;
@@ -18,6 +19,7 @@ mod vertices;
 mod tests;
 
 pub use header::{Element, Encoding, Header, Property, PropertyKind};
+pub use raw::RawVertices;
 pub use scalar::ScalarType;
 pub(super) use stream::{is_in_place, read};
 

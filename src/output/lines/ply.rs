@@ -3,33 +3,20 @@
 //! Vertices, then the edges of one line after the other, then one record for each line, so that the file can be streamed
 //! and a reader that knows only vertices and edges still sees the lines. One vertex or line is in memory at a time.
 
-use super::OutputError;
-use super::part_file::PartFile;
+use super::text::geometry_word;
 use crate::math::DEGREE;
-use crate::stitch::{Geometry, LineSource, LineVertex, Measures};
+use crate::output::{OutputError, PartFile};
+use crate::stitch::{LineSource, LineVertex, Measures};
 use std::io::{BufWriter, Write};
-use std::path::Path;
 
-/// Writes `lines` to `target`.
-///
-/// # Errors
-/// If the file cannot be written, the lines cannot be read, or there are more elements than 32 bits can index.
-pub fn write_ply(target: &Path, lines: &dyn LineSource) -> Result<(), OutputError> {
-    stage_ply(target, lines)?.commit()
-}
-
-/// Writes `lines` to the part that becomes `target` when it is committed: for outputs that must appear together.
-///
-/// # Errors
-/// If the part cannot be written, the lines cannot be read, or there are more elements than 32 bits can index.
-pub fn stage_ply(target: &Path, lines: &dyn LineSource) -> Result<PartFile, OutputError> {
+pub(super) fn write(part: &PartFile, lines: &dyn LineSource) -> Result<(), OutputError> {
+    let target = part.target();
     let counts = lines.counts();
     for (count, what) in [(counts.vertices, "vertices"), (counts.edges, "edges"), (counts.lines, "lines")] {
         if count > u64::from(u32::MAX) {
             return Err(OutputError::TooLarge { path: target.to_owned(), count, what });
         }
     }
-    let part = PartFile::create(target)?;
     let mut out = BufWriter::with_capacity(1 << 20, part.file());
     let failed = OutputError::io(target, "cannot write");
     // PLY has no 64-bit integers; a double holds ids up to 2^53 exactly.
@@ -52,19 +39,14 @@ pub fn stage_ply(target: &Path, lines: &dyn LineSource) -> Result<PartFile, Outp
         write_line(&mut out, id, &line.measures, [first_edge, edges]).map_err(&failed)?;
         first_edge += edges;
     }
-    out.flush().map_err(&failed)?;
-    drop(out);
-    Ok(part)
+    out.flush().map_err(&failed)
 }
 
 fn write_header(out: &mut impl Write, lines: &dyn LineSource, wide: bool) -> std::io::Result<()> {
     let counts = lines.counts();
     let (vertices, edges, count) = (counts.vertices, counts.edges, counts.lines);
     let source = if wide { "double" } else { "uint" };
-    let geometry = match lines.geometry() {
-        Geometry::Vertices => "vertices",
-        Geometry::Fitted => "fitted",
-    };
+    let geometry = geometry_word(lines.geometry());
     write!(
         out,
         "ply\nformat binary_little_endian 1.0\ncomment feature lines found by crease\n\
