@@ -25,7 +25,6 @@ pub(super) fn check(
     may_replace: impl Fn(&Path) -> bool,
 ) -> Result<(), Failure> {
     for (i, output) in outputs.iter().enumerate() {
-        check_extension(output)?;
         check_directory(output)?;
         if let Some(sacrifice) = inputs.iter().find_map(|input| clash(input, output)) {
             let reason = format!("is the input; writing {} would destroy it", output.display());
@@ -50,7 +49,11 @@ pub(super) fn check(
     Ok(())
 }
 
-fn check_extension(output: &Path) -> Result<(), Failure> {
+/// Checks that a result is asked for in a format that can be written.
+///
+/// # Errors
+/// If it is not.
+pub(super) fn check_extension(output: &Path) -> Result<(), Failure> {
     match output.extension() {
         Some(extension) if extension.eq_ignore_ascii_case("ply") => Ok(()),
         _ => Err(Failure::about(
@@ -116,7 +119,10 @@ mod tests {
         fs::create_dir(at("dir.ply")).expect("create");
         std::os::unix::fs::symlink(&input, at("link.ply")).expect("link");
         let exit = |input: &Path, outputs: &[&Path], force| {
-            check(&[other.clone(), input.to_owned()][1..], outputs, |_| force)
+            outputs
+                .iter()
+                .try_for_each(|output| check_extension(output))
+                .and_then(|()| check(&[other.clone(), input.to_owned()][1..], outputs, |_| force))
                 .map_or_else(|failure| failure.exit, |()| Exit::Done)
         };
         assert_eq!(exit(&input, &[&fresh], false), Exit::Done);

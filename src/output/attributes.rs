@@ -123,7 +123,15 @@ impl AttributeFile {
     ///
     /// # Errors
     /// If the file cannot be written.
-    pub fn finish(mut self, largest: f64) -> Result<(), OutputError> {
+    pub fn finish(self, largest: f64) -> Result<(), OutputError> {
+        self.stage(largest)?.commit()
+    }
+
+    /// Divides the saliency by `largest`: the file is complete, and has no name yet.
+    ///
+    /// # Errors
+    /// If the file cannot be written.
+    pub fn stage(mut self, largest: f64) -> Result<PartFile, OutputError> {
         let failed = OutputError::io(self.part.target(), "cannot write");
         let range = if self.spool.is_some() { self.range() } else { CHUNK as u64 };
         let files = self.spool.take().map(Buckets::finish).transpose()?;
@@ -148,7 +156,7 @@ impl AttributeFile {
             self.part.file().write_all_at(chunk, at).map_err(&failed)?;
             first += count;
         }
-        self.part.commit()
+        Ok(self.part)
     }
 }
 

@@ -1,23 +1,28 @@
 //! `crease detect`: the whole job on this machine.
 //!
-//! In: a mesh. Out: the lines, perhaps the table of all vertices, and a summary. Either all outputs appear or none.
+//! In: a mesh. Out: the lines, perhaps the table of all vertices, reports, and a summary. Either all outputs appear or none.
 
 use crate::cli::args::DetectArgs;
 use crate::cli::exit::{Exit, Failure};
+use crate::cli::input::Input;
 use crate::cli::interrupt::Interrupts;
 use crate::cli::memory::Allocations;
+use crate::cli::outcome::{Outcome, Used, output};
 use crate::cli::progress::Progress;
-use crate::cli::summary::{Outcome, Written};
+use crate::cli::summary::Summary;
 use crate::cli::{bus_error, console, input, memory, targets};
+use crate::config::Limits;
 use crate::error::Error;
 use crate::input::{InputFiles, MeshSource, Sieve};
-use crate::output::{AttributeFile, FieldSink, part_of, stage_ply};
+use crate::output::{AttributeFile, FieldSink, PartFile, part_of, stage_ply};
 use crate::pipeline::{Detection, Event, Job, Observer, Stage};
-use crate::stitch::{LineSource, Statistics, StoredLines};
+use crate::report::{Detail, Findings, Ground, Kind, Report, Scene, stage_json, stage_page};
+use crate::stitch::{LineSource, StoredLines};
 use crate::workspace::{Workspace, WorkspaceError};
 use std::ffi::OsString;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::Ordering;
 use std::time::Instant;
 
 /// Does what `args` ask for, which come from the command line `words`.
@@ -31,11 +36,13 @@ pub(in crate::cli) fn detect(
 ) -> Result<Exit, Failure> {
     console::start_log(args.show.verbose);
     let started = Instant::now();
-    let (params, limits) = (args.params(), args.work.limits());
+    let limits = args.work.limits();
     let files = InputFiles::find(&args.input.names)?;
     let output = args.output.lines.clone().unwrap_or_else(|| targets::default_output(&files));
-    let outputs: Vec<&Path> =
-        [Some(output.as_path()), args.output.attributes.as_deref()].into_iter().flatten().collect();
+    let results = [Some(output.as_path()), args.output.attributes.as_deref()].into_iter().flatten();
+    results.clone().try_for_each(targets::check_extension)?;
+    let reports = args.report.reports.iter().map(|report| report.path.as_path());
+    let outputs: Vec<&Path> = results.chain(reports).collect();
     let workspace = args.work.workspace.as_deref().map_or_else(|| Workspace::beside(&output), Workspace::at);
     // What a run had begun to hand over when it was killed may be handed over again.
     let begun = |output: &Path| targets::place(output).is_some_and(|place| workspace.has_announced(&place));
@@ -47,7 +54,17 @@ pub(in crate::cli) fn detect(
     let interrupts = Interrupts::watch(&workspace, parts, words)
         .map_err(|e| Failure::new(Exit::Resource, format!("cannot watch for signals: {e}")))?;
     let name = files.name();
-    let run = Run { args, input: &name, output: &output, workspace: &workspace, progress: &progress };
+    let run = Run {
+        args,
+        words,
+        started,
+        limits: &limits,
+        input: &name,
+        files: &files,
+        outputs: &outputs,
+        workspace: &workspace,
+        progress: &progress,
+    };
     // Whatever is made of the input goes to the workspace as well.
     let opened = input::open(&files, args.input.weld, &workspace.scratch(), &limits, &progress);
     let input = match opened {
@@ -58,17 +75,14 @@ pub(in crate::cli) fn detect(
         }
     };
     let sieve = args.bad.sieve(input.mesh())?;
-    let source: &dyn MeshSource = sieve.as_ref().map_or(input.mesh(), |sieve| sieve);
-    let mut found = match run.all(source, &interrupts) {
-        Ok(found) => found,
+    let report = match run.all(&input, sieve.as_ref(), &interrupts) {
+        Ok(report) => report,
         Err(error) => {
             interrupts.claim_end();
             return run.gave_up(error, &interrupts);
         }
     };
     interrupts.claim_end();
-    input.add_to(&mut found.work);
-    let left_out = sieve.as_ref().map(Sieve::left_out).unwrap_or_default();
     // A mesh that was made of the input goes before the workspace does that it lies in.
     drop(sieve);
     drop(input);
@@ -76,28 +90,8 @@ pub(in crate::cli) fn detect(
     if let Err(error) = concluded {
         tracing::warn!("{error}");
     }
-
     if !args.quiet {
-        let outcome = Outcome {
-            input: &name.display().to_string(),
-            params: &params,
-            found: &found,
-            left_out,
-            threads: limits.threads,
-            io: args.work.io.name(),
-            wall: started.elapsed(),
-            cpu: memory::cpu_time(),
-            peak: memory::peak(),
-            anonymous: progress.anonymous(),
-            allocated: progress.allocated(),
-            memory: limits.memory,
-            stages: progress.stages(),
-            written: outputs
-                .iter()
-                .map(|path| Written { path, bytes: fs::metadata(path).map(|m| m.len()).ok() })
-                .collect(),
-        };
-        console::print(&outcome.to_string())?;
+        console::print(&Summary(&report).to_string())?;
     }
     Ok(Exit::Done)
 }
@@ -105,41 +99,114 @@ pub(in crate::cli) fn detect(
 /// What a run works with.
 struct Run<'a> {
     args: &'a DetectArgs,
+    words: &'a [OsString],
+    started: Instant,
+    limits: &'a Limits,
     input: &'a Path,
-    output: &'a Path,
+    files: &'a InputFiles,
+    /// The lines, the table if there is one, the reports.
+    outputs: &'a [&'a Path],
     workspace: &'a Workspace,
     progress: &'a Progress,
 }
 
 impl Run<'_> {
-    /// Detects and writes, and sums the lines up. A file that is not finished when this fails is removed by whoever drops
-    /// it.
-    fn all(&self, source: &dyn MeshSource, interrupts: &Interrupts) -> Result<Detection<Statistics>, Error> {
+    /// Detects and writes, and sums it up. A file that is not finished when this fails is removed by whoever drops it.
+    fn all(&self, input: &Input, sieve: Option<&Sieve>, interrupts: &Interrupts) -> Result<Report, Error> {
         let Run { args, workspace, progress, .. } = *self;
-        let table = args.output.attributes.as_deref();
-        let mut attributes = table
+        let source: &dyn MeshSource = sieve.map_or(input.mesh(), |sieve| sieve);
+        let mut attributes = args
+            .output
+            .attributes
+            .as_deref()
             .map(|path| {
                 Ok::<_, Error>(AttributeFile::create(path, source)?.with_scratch(workspace.scratch()))
             })
             .transpose()?;
-        let job = Job::new(source, args.params(), args.work.limits(), progress)?
+        let job = Job::new(source, args.params(), *self.limits, progress)?
             .with_workspace(workspace, args.output.force)
             .with_stop(interrupts.flag());
         let found = job.run_stored(attributes.as_mut().map(|file| file as &mut dyn FieldSink))?;
         let (stage, total) = (Stage::Write, found.lines.counts().lines);
         let started = Instant::now();
         progress.event(Event::Started { stage, total });
-        let mut found = found.try_map(|lines| {
-            let lines = lines.with_geometry(args.output.geometry.into());
-            let statistics = Statistics::of(&lines)?;
-            write(&lines, attributes, self.output, table, workspace)?;
-            Ok::<_, Error>(statistics)
-        })?;
+        let Detection { lines, scan, defects, mut work } = found;
+        let lines = lines.with_geometry(args.output.geometry.into());
+        let detail = self.detail();
+        let Findings { statistics, histograms, edges, chosen } =
+            Findings::of(&lines, scan.median_side, detail.segments)?;
+        let parts = stage_results(&lines, attributes, self.outputs[0])?;
+        let scattered = work.stages.iter().any(|(stage, _)| *stage == Stage::Order);
+        let scene = match detail {
+            Detail::NOTHING => None,
+            detail => {
+                let ended = || interrupts.flag().load(Ordering::Relaxed);
+                let ground = Ground { source, scan: &scan, scattered };
+                Some(Scene::of(&lines, &chosen, &ground, detail, ended)?)
+            }
+        };
         progress.event(Event::Advanced { stage, by: total });
         let wall = started.elapsed();
         progress.event(Event::Finished { stage, wall });
-        found.work.stages.push((stage, wall));
-        Ok(found)
+        work.stages.push((stage, wall));
+        input.add_to(&mut work);
+        let found = Detection { lines: statistics, scan, defects, work };
+        let outcome = Outcome {
+            words: self.words,
+            input: self.input,
+            files: &self.files.files,
+            converted: input.is_converted(),
+            params: &args.params(),
+            geometry: args.output.geometry.into(),
+            limits: self.limits,
+            io: args.work.io.name(),
+            found: &found,
+            histograms: &histograms,
+            edges,
+            left_out: sieve.map(Sieve::left_out).unwrap_or_default(),
+            used: self.used(),
+            outputs: self.outputs.iter().map(|path| output(path, &part_of(path))).collect(),
+        };
+        self.hand_over(outcome.report(), scene.as_ref(), parts)
+    }
+
+    /// How much of the lines and of the mesh a page may show, if there will be one.
+    fn detail(&self) -> Detail {
+        match self.args.report.reports.iter().any(|report| report.kind == Kind::Html) {
+            true => Detail::within(self.limits.memory),
+            false => Detail::NOTHING,
+        }
+    }
+
+    fn used(&self) -> Used {
+        Used {
+            wall: self.started.elapsed(),
+            cpu: memory::cpu_time(),
+            peak: memory::peak(),
+            anonymous: self.progress.anonymous(),
+            allocated: self.progress.allocated(),
+            stages: self.progress.stages(),
+        }
+    }
+
+    /// Writes the reports, and gives everything its name. Returns the report with the sizes that it cannot know of itself.
+    fn hand_over(
+        &self,
+        mut report: Report,
+        scene: Option<&Scene>,
+        mut parts: Vec<PartFile>,
+    ) -> Result<Report, Error> {
+        for file in &self.args.report.reports {
+            parts.push(match (file.kind, scene) {
+                (Kind::Html, Some(scene)) => stage_page(&file.path, &report, scene)?,
+                _ => stage_json(&file.path, &report)?,
+            });
+        }
+        commit(parts, self.outputs, self.workspace)?;
+        for (output, path) in report.outputs.iter_mut().zip(self.outputs) {
+            output.bytes = output.bytes.or_else(|| fs::metadata(path).map(|found| found.len()).ok());
+        }
+        Ok(report)
     }
 
     /// Says why the run ended, and what is left of it.
@@ -181,36 +248,43 @@ impl Run<'_> {
     }
 }
 
-/// Writes everything before anything gets its name, because a full disk shows while writing. Two files cannot appear in
-/// one instant: if the second does not get its name, the first is taken away again; and if the process dies in between,
-/// the workspace says that they may be replaced.
-fn write(
+/// Writes the results to parts, the lines to the first, and sees that they are on the disk: that is what takes its time.
+fn stage_results(
     found: &StoredLines,
     attributes: Option<AttributeFile>,
     output: &Path,
-    table: Option<&Path>,
-    workspace: &Workspace,
-) -> Result<(), Error> {
-    let lines = stage_ply(output, found)?;
-    let outputs: Vec<PathBuf> =
-        [Some(output), table].into_iter().flatten().filter_map(targets::place).collect();
-    workspace.announce(&outputs)?;
+) -> Result<Vec<PartFile>, Error> {
+    let mut parts = vec![stage_ply(output, found)?];
     if let Some(attributes) = attributes {
-        attributes.finish(found.largest_salience())?;
+        parts.push(attributes.stage(found.largest_salience())?);
     }
-    let committed = lines.commit().inspect_err(|_| {
-        if let Some(table) = table {
+    parts.iter().try_for_each(PartFile::sync)?;
+    Ok(parts)
+}
+
+/// Gives all parts their names, when all are written, because a full disk shows while writing. Several files cannot appear in
+/// one instant: if one does not get its name, the others are taken away again; and if the process dies in between, the
+/// workspace says that they may be replaced. The first, the lines, comes last.
+fn commit(parts: Vec<PartFile>, outputs: &[&Path], workspace: &Workspace) -> Result<(), Error> {
+    let places: Vec<PathBuf> = outputs.iter().filter_map(|output| targets::place(output)).collect();
+    workspace.announce(&places)?;
+    let mut committed: Vec<PathBuf> = Vec::new();
+    for part in parts.into_iter().rev() {
+        let target = part.target().to_owned();
+        if let Err(error) = part.commit() {
             // The error to report is the one that brought us here.
-            let _ = fs::remove_file(table);
+            committed.iter().for_each(|target| _ = fs::remove_file(target));
+            return Err(error.into());
         }
-    });
-    Ok(committed?)
+        committed.push(target);
+    }
+    Ok(())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::config::{Limits, Params};
+    use crate::config::Params;
     use crate::input::MemorySource;
     use crate::pipeline::Silent;
     use glam::DVec3;
@@ -226,13 +300,16 @@ mod tests {
 
         // A directory that turned up meanwhile keeps the lines from getting their name.
         fs::create_dir(&lines).expect("create");
-        write(&found, attributes(), &lines, Some(&table), &Workspace::at(&directory.path().join("work")))
-            .expect_err("there is a directory in the way");
+        let workspace = Workspace::at(&directory.path().join("work"));
+        let write = || {
+            let parts = stage_results(&found, attributes(), &lines)?;
+            commit(parts, &[&lines, &table], &workspace)
+        };
+        write().expect_err("there is a directory in the way");
         assert_eq!(fs::read_dir(directory.path()).expect("list").count(), 1);
 
         fs::remove_dir(&lines).expect("remove");
-        write(&found, attributes(), &lines, Some(&table), &Workspace::at(&directory.path().join("work")))
-            .expect("nothing is in the way");
+        write().expect("nothing is in the way");
         assert_eq!(fs::read_dir(directory.path()).expect("list").count(), 2);
     }
 }
