@@ -57,7 +57,7 @@ fn lines_of(bytes: &[u8]) -> Vec<(u8, f64, f64)> {
 
 /// What stands in the element `id` of a page.
 fn element<'a>(page: &'a str, id: &str) -> &'a str {
-    let start = page.find(&format!("id=\"{id}\">")).unwrap_or_else(|| panic!("no {id}")) + id.len() + 5;
+    let start = page.find(&format!("id=\"{id}\">")).unwrap_or_else(|| panic!("no {id}")) + id.len() + 6;
     &page[start..start + page[start..].find("</script>").expect("an end")]
 }
 

@@ -26,8 +26,8 @@ export class View {
     this.scene = new Scene();
     this.camera = new PerspectiveCamera(38, 1, 1, 10);
     this.camera.up.set(0, 0, 1);
-    this.lamp = new DirectionalLight(0xffffff, 2.4);
-    this.ambient = new AmbientLight(0xffffff, 0.9);
+    this.lamp = new DirectionalLight(0xffffff, 2);
+    this.ambient = new AmbientLight(0xffffff, 1.35);
     this.scene.add(this.lamp, this.lamp.target, this.ambient);
     this.box = new Box3();
     this.surface = this.makeSurface();
