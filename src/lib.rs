@@ -66,6 +66,7 @@ pub mod output;
 pub mod partition;
 pub mod pipeline;
 pub mod refine;
+pub mod report;
 pub mod spill;
 pub mod stitch;
 pub mod voting;

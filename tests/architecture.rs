@@ -8,7 +8,7 @@ use std::fs;
 use std::path::Path;
 
 /// The layers, first to last, each with what is allowed beside the layers before it.
-const LAYERS: [(&str, &[&str]); 14] = [
+const LAYERS: [(&str, &[&str]); 15] = [
     ("math", &[]),
     ("mesh", &[]),
     ("spill", &[]),
@@ -27,6 +27,8 @@ const LAYERS: [(&str, &[&str]); 14] = [
     ("error", &[]),
     // Hands its results to what `output` calls a sink.
     ("pipeline", &[]),
+    // What was found and how, as data and as a page; knows no terminal.
+    ("report", &[]),
     ("cli", &[]),
 ];
 
@@ -42,7 +44,7 @@ const LIMITS: [(&str, &[&str]); 6] = [
 ];
 
 /// The only modules that name the joint error type; the layers have their own.
-const JOINT_ERROR: [&str; 3] = ["output", "pipeline", "cli"];
+const JOINT_ERROR: [&str; 4] = ["output", "pipeline", "report", "cli"];
 
 /// No file is longer: what does not fit is two things.
 const MOST_LINES: usize = 600;

@@ -5,7 +5,7 @@
 //!
 //! ```text
 //!  args ──> commands: detect, info, diff, clean ──> text on stdout
-//!             │  targets, summary, records
+//!             │  targets, outcome, summary, records
 //!             └──> progress, memory, interrupt ──> stderr
 //! ```
 
@@ -19,6 +19,7 @@ mod interrupt;
 mod kill;
 mod memory;
 mod memory_limit;
+mod outcome;
 mod outputs;
 mod progress;
 mod records;

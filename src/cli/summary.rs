@@ -1,49 +1,17 @@
 //! The summary of a run, for a person to read.
 //!
-//! In: what was found and how. Out: text in three parts: what was found, how the work went, what was written.
+//! In: the report of the run. Out: text in three parts: what was found, how the work went, what was written.
 
-use super::memory::StageUse;
 use super::text::{
     bytes, counted, decimals_for, entry, grouped, measure, percent, span, table, with_decimals,
 };
-use crate::config::{Method, NO_LIMIT, PaperThresholds, Params, method};
 use crate::input::LeftOut;
-use crate::pipeline::{Detection, Stage};
-use crate::stitch::{Class, ClassTotal, Statistics};
+use crate::report::{Defects, Report, Stage, Thresholds};
 use std::fmt;
-use std::path::Path;
 use std::time::Duration;
 
-/// Everything that is known at the end of a run.
-pub(super) struct Outcome<'a> {
-    pub input: &'a str,
-    pub params: &'a Params,
-    pub found: &'a Detection<Statistics>,
-    /// Faces that were not used because they could not be.
-    pub left_out: LeftOut,
-    pub threads: usize,
-    pub io: &'static str,
-    /// Of the whole run.
-    pub wall: Duration,
-    pub cpu: Option<Duration>,
-    /// Largest resident set, in bytes.
-    pub peak: Option<u64>,
-    /// The same without mapped files.
-    pub anonymous: Option<u64>,
-    /// Most that was allocated at a time, in bytes.
-    pub allocated: u64,
-    /// What may be allocated.
-    pub memory: u64,
-    /// What each stage used.
-    pub stages: Vec<StageUse>,
-    pub written: Vec<Written<'a>>,
-}
-
-/// An output.
-pub(super) struct Written<'a> {
-    pub path: &'a Path,
-    pub bytes: Option<u64>,
-}
+/// A report as text.
+pub(super) struct Summary<'a>(pub &'a Report);
 
 /// Faces that were left out, each kind with its words for one and for many.
 pub(super) fn left_out_rows(left_out: &LeftOut) -> [(u64, &'static str, &'static str); 3] {
@@ -66,10 +34,7 @@ pub(super) fn left_out_rows(left_out: &LeftOut) -> [(u64, &'static str, &'static
     ]
 }
 
-/// Classes in the order in which they interest.
-const CLASSES: [Class; 4] = [Class::Sharp, Class::Weak, Class::Boundary, Class::NonManifold];
-
-impl fmt::Display for Outcome<'_> {
+impl fmt::Display for Summary<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.mesh(f)?;
         self.lines(f)?;
@@ -79,19 +44,18 @@ impl fmt::Display for Outcome<'_> {
     }
 }
 
-impl Outcome<'_> {
+impl Summary<'_> {
     fn mesh(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let scan = &self.found.scan;
-        let sigma = self.found.work.sigma;
-        writeln!(f, "{}", self.input)?;
-        let faces = counted(scan.faces, "face", "faces");
-        f.write_str(&entry("mesh", &format!("{faces}, {}", counted(scan.vertices, "vertex", "vertices"))))?;
-        f.write_str(&entry("median edge", &format!("{} mesh units", measure(scan.median_side))))?;
-        let edges = if scan.median_side > 0.0 { sigma / scan.median_side } else { method::SIGMA_EDGES };
-        f.write_str(&entry("sigma", &format!("{} mesh units ({edges:.2} median edges)", measure(sigma))))?;
-        match &self.params.method {
-            Method::Robust => Ok(()),
-            Method::Paper(PaperThresholds { salience, edge_l2, corner_l3 }) => f.write_str(&entry(
+        let Report { input, mesh, parameters, .. } = self.0;
+        writeln!(f, "{}", input.name)?;
+        let faces = counted(mesh.faces, "face", "faces");
+        f.write_str(&entry("mesh", &format!("{faces}, {}", counted(mesh.vertices, "vertex", "vertices"))))?;
+        f.write_str(&entry("median edge", &format!("{} mesh units", measure(mesh.median_edge))))?;
+        let (sigma, edges) = (measure(parameters.sigma), parameters.sigma_edges);
+        f.write_str(&entry("sigma", &format!("{sigma} mesh units ({edges:.2} median edges)")))?;
+        match parameters.thresholds {
+            None => Ok(()),
+            Some(Thresholds { salience, edge_l2, corner_l3 }) => f.write_str(&entry(
                 "method",
                 &format!("paper, salience from {salience}, sharp edges from l2 {edge_l2}, corners from l3 {corner_l3}"),
             )),
@@ -99,52 +63,47 @@ impl Outcome<'_> {
     }
 
     fn lines(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Statistics { all, classes, closed, corners, .. } = self.found.lines.clone();
-        let ClassTotal { lines: count, length, .. } = all;
-        if count == 0 {
+        let found = &self.0.found;
+        if found.lines == 0 {
             return write!(f, "\nfound no lines; for weaker, shorter or finer ones try\n{}", self.hints());
         }
         // One number of decimals for all, so that lengths can be compared at a glance.
-        let decimals = decimals_for(length, 5);
+        let decimals = decimals_for(found.length, 5);
         writeln!(
             f,
             "\nfound {}, {} mesh units in total; {}; {}",
-            counted(count, "line", "lines"),
-            with_decimals(length, decimals),
-            counted(closed, "closed loop", "closed loops"),
-            counted(corners, "corner", "corners")
+            counted(found.lines, "line", "lines"),
+            with_decimals(found.length, decimals),
+            counted(found.closed, "closed loop", "closed loops"),
+            counted(found.corners, "corner", "corners")
         )?;
         let head = ["class", "lines", "length", "share", "fold seen", "from", "to"].map(str::to_owned);
         let mut rows = vec![head.to_vec()];
-        for class in CLASSES {
-            let total = &classes[class as usize];
-            if total.lines > 0 {
-                let (name, share) = (class.name().to_owned(), percent(total.length, length));
-                let mut row = vec![name, grouped(total.lines), with_decimals(total.length, decimals), share];
-                if matches!(class, Class::Weak | Class::Sharp) {
-                    let [least, most] = total.angles;
-                    row.extend([total.mean_angle(), least, most].map(|angle| format!("{angle:.1}°")));
-                }
-                rows.push(row);
-            }
+        for class in &found.classes {
+            let (name, share) = (class.class.to_owned(), percent(class.length, found.length));
+            let mut row = vec![name, grouped(class.lines), with_decimals(class.length, decimals), share];
+            let angles = [class.mean_angle, class.least_angle, class.most_angle];
+            row.extend(angles.iter().flatten().map(|angle| format!("{angle:.1}°")));
+            rows.push(row);
         }
         f.write_str(&table(2, &rows))
     }
 
     /// What to try when nothing was found.
     fn hints(&self) -> String {
+        let parameters = &self.0.parameters;
         let mut hints = String::new();
-        if let Method::Paper(thresholds) = &self.params.method {
+        if let Some(thresholds) = &parameters.thresholds {
             hints.push_str(&format!("  --salience below {}\n", thresholds.salience));
             hints.push_str(&format!("  --edge-l2 below {}\n", thresholds.edge_l2));
         }
-        if self.params.min_angle_deg > 0.0 {
-            hints.push_str(&format!("  --min-angle below {}\n", self.params.min_angle_deg));
+        if parameters.min_angle > 0.0 {
+            hints.push_str(&format!("  --min-angle below {}\n", parameters.min_angle));
         }
-        if self.params.min_length_sigmas > 0.0 {
-            hints.push_str(&format!("  --min-length below {:.2}\n", self.params.min_length_sigmas));
+        if parameters.min_length_sigmas > 0.0 {
+            hints.push_str(&format!("  --min-length below {:.2}\n", parameters.min_length_sigmas));
         }
-        let sigma = self.found.work.sigma;
+        let sigma = parameters.sigma;
         let fine =
             if sigma > 0.0 { format!("below {} for fine features, ", measure(sigma)) } else { String::new() };
         hints.push_str(&format!("  --sigma {fine}above {} for noisy surfaces\n", measure(sigma)));
@@ -152,28 +111,8 @@ impl Outcome<'_> {
     }
 
     fn defects(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (seen, scan) = (&self.found.defects, &self.found.scan);
-        let left_out = left_out_rows(&self.left_out);
-        let all = [
-            (seen.degenerate_faces, "face without area", "faces without area"),
-            (scan.repeated_corner, "face that names a vertex twice", "faces that name a vertex twice"),
-            (seen.duplicate_faces, "duplicate of another face", "duplicates of other faces"),
-            (seen.boundary_edges, "boundary edge, with one face only", "boundary edges, with one face only"),
-            (
-                seen.nonmanifold_edges,
-                "non-manifold edge, with three or more faces",
-                "non-manifold edges, with three or more faces",
-            ),
-            (
-                seen.opposed_edges,
-                "edge between faces of opposite winding",
-                "edges between faces of opposite winding",
-            ),
-            (scan.unreferenced, "vertex that no face uses", "vertices that no face uses"),
-        ];
-        let rows: Vec<(u64, &str)> = left_out
+        let rows: Vec<(u64, &str)> = defect_rows(&self.0.defects)
             .into_iter()
-            .chain(all)
             .filter(|(n, ..)| *n > 0)
             .map(|(n, one, many)| (n, if n == 1 { one } else { many }))
             .collect();
@@ -186,29 +125,25 @@ impl Outcome<'_> {
     }
 
     fn work(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let work = &self.found.work;
+        let Report { work, limits, .. } = self.0;
         f.write_str("\nhow it was done\n")?;
         let regrown = match work.regrown {
             0 => String::new(),
             n => format!(", {}", counted(n, "region regrown", "regions regrown")),
         };
-        let halo = match work.owned_faces {
-            0 => 0.0,
-            owned => 100.0 * (work.loaded_faces as f64 / owned as f64 - 1.0).max(0.0),
-        };
-        let tiles = counted(work.tiles, "tile", "tiles");
+        let (tiles, halo) = (counted(work.tiles, "tile", "tiles"), 100.0 * work.halo_overhead);
         f.write_str(&entry("tiles", &format!("{tiles}, halo overhead {halo:.1} %{regrown}")))?;
-        if work.resumed.0 > 0 {
-            let (done, all) = work.resumed;
-            let done = format!("{} of {} were done before", grouped(done), counted(all, "tile", "tiles"));
+        if work.resumed_tiles > 0 {
+            let all = counted(work.all_tiles, "tile", "tiles");
+            let done = format!("{} of {all} were done before", grouped(work.resumed_tiles));
             f.write_str(&entry("resumed", &done))?;
         }
         if work.temporary_bytes > 0 {
-            let did = |stage| work.stages.iter().any(|(done, _)| *done == stage);
+            let did = |name| work.stages.iter().any(|stage| stage.stage == name);
             let reasons = [
-                (did(Stage::Convert), "the input was converted"),
+                (did("convert"), "the input was converted"),
                 (work.rewritten, "the mesh was rewritten in spatial order"),
-                (did(Stage::Order) && !work.rewritten, "positions were joined to faces"),
+                (did("order") && !work.rewritten, "positions were joined to faces"),
             ];
             let reasons = reasons.iter().filter(|(is_so, _)| *is_so).map(|(_, what)| format!("; {what}"));
             let most = bytes(work.temporary_bytes);
@@ -217,49 +152,75 @@ impl Outcome<'_> {
                 &format!("at most {most} at a time{}", reasons.collect::<String>()),
             ))?;
         }
-        f.write_str(&entry("threads", &format!("{}, io {}", grouped(self.threads as u64), self.io)))?;
-        f.write_str(&entry("wall time", &span(self.wall)))?;
-        f.write_str(&entry("CPU time", &self.cpu.map_or_else(not_available, span)))?;
-        let allowed = match self.memory {
-            NO_LIMIT => String::new(),
-            memory => format!(" of {}", bytes(memory)),
-        };
-        let peak = self.peak.map_or_else(not_available, bytes);
-        let own = self.anonymous.map_or(String::new(), |n| format!(", {} without mapped files", bytes(n)));
-        let allocated = bytes(self.allocated);
+        f.write_str(&entry("threads", &format!("{}, io {}", grouped(limits.threads), limits.io)))?;
+        f.write_str(&entry("wall time", &seconds(work.wall_seconds)))?;
+        f.write_str(&entry("CPU time", &work.cpu_seconds.map_or_else(not_available, seconds)))?;
+        let allowed = limits.memory_bytes.map_or(String::new(), |memory| format!(" of {}", bytes(memory)));
+        let peak = work.peak_resident_bytes.map_or_else(not_available, bytes);
+        let own = work
+            .peak_anonymous_bytes
+            .map_or(String::new(), |n| format!(", {} without mapped files", bytes(n)));
+        let allocated = bytes(work.peak_allocated_bytes);
         f.write_str(&entry("peak memory", &format!("{allocated}{allowed} allocated; resident {peak}{own}")))?;
         self.stages(f)
     }
 
     fn stages(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let head = ["stage", "wall", "CPU", "from disk", "written", "allocated"].map(str::to_owned);
-        let mut rows = vec![head.to_vec()];
-        for (i, (stage, wall)) in self.found.work.stages.iter().enumerate() {
-            // By place: a stage can come twice.
-            let used = self.stages.get(i).filter(|used| used.stage == *stage);
-            let amount =
-                |of: fn(&StageUse) -> Option<u64>| used.and_then(of).map_or_else(not_available, bytes);
-            rows.push(vec![
-                stage.name().to_owned(),
-                span(*wall),
-                used.and_then(|used| used.cpu).map_or_else(not_available, span),
-                amount(|used| used.read),
-                amount(|used| used.written),
-                amount(|used| Some(used.allocated)),
-            ]);
-        }
+        let amount = |n: Option<u64>| n.map_or_else(not_available, bytes);
+        let row = |stage: &Stage| {
+            vec![
+                stage.stage.to_owned(),
+                seconds(stage.wall_seconds),
+                stage.cpu_seconds.map_or_else(not_available, seconds),
+                amount(stage.read_bytes),
+                amount(stage.written_bytes),
+                amount(stage.allocated_bytes),
+            ]
+        };
+        let rows: Vec<_> = [head.to_vec()].into_iter().chain(self.0.work.stages.iter().map(row)).collect();
         f.write_str("\n")?;
         f.write_str(&table(2, &rows))
     }
 
     fn files(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str("\nwritten\n")?;
-        let row = |written: &Written| {
-            let size = written.bytes.map_or_else(not_available, bytes);
-            vec![written.path.display().to_string(), size]
+        let row = |output: &crate::report::Output| {
+            vec![output.path.clone(), output.bytes.map_or_else(not_available, bytes)]
         };
-        f.write_str(&table(2, &self.written.iter().map(row).collect::<Vec<_>>()))
+        f.write_str(&table(2, &self.0.outputs.iter().map(row).collect::<Vec<_>>()))
     }
+}
+
+/// Defects, each with its words for one and for many.
+fn defect_rows(defects: &Defects) -> Vec<(u64, &'static str, &'static str)> {
+    let left_out = LeftOut {
+        missing: defects.left_out_missing,
+        unusable: defects.left_out_unusable,
+        vertices: defects.unusable_vertices,
+    };
+    let seen = [
+        (defects.degenerate_faces, "face without area", "faces without area"),
+        (defects.repeated_corner, "face that names a vertex twice", "faces that name a vertex twice"),
+        (defects.duplicate_faces, "duplicate of another face", "duplicates of other faces"),
+        (defects.boundary_edges, "boundary edge, with one face only", "boundary edges, with one face only"),
+        (
+            defects.nonmanifold_edges,
+            "non-manifold edge, with three or more faces",
+            "non-manifold edges, with three or more faces",
+        ),
+        (
+            defects.opposed_edges,
+            "edge between faces of opposite winding",
+            "edges between faces of opposite winding",
+        ),
+        (defects.unreferenced_vertices, "vertex that no face uses", "vertices that no face uses"),
+    ];
+    left_out_rows(&left_out).into_iter().chain(seen).collect()
+}
+
+fn seconds(seconds: f64) -> String {
+    span(Duration::from_secs_f64(seconds))
 }
 
 fn not_available() -> String {
@@ -269,10 +230,14 @@ fn not_available() -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cli::memory::StageUse;
+    use crate::cli::outcome::{Outcome, Used};
+    use crate::config::{Limits, Method, PaperThresholds, Params};
     use crate::partition::{Bounds, Scan};
-    use crate::pipeline::Work;
+    use crate::pipeline::{Detection, Stage, Work};
     use crate::refine::Bend;
-    use crate::stitch::{Defects, Measures, StitchWork};
+    use crate::report::{Histogram, Histograms, Output};
+    use crate::stitch::{Class, Defects, Geometry, Measures, Statistics, StitchWork};
 
     fn detection(lines: Vec<Measures>) -> Detection<Statistics> {
         let scan = Scan {
@@ -313,29 +278,38 @@ mod tests {
     }
 
     fn text_of(found: &Detection<Statistics>, params: &Params) -> String {
-        Outcome {
-            input: "scan.ply",
+        let none = Histogram { bounds: vec![0.0], classes: Vec::new() };
+        let report = Outcome {
+            words: &["crease".into()],
+            input: "scan.ply".as_ref(),
+            files: &[],
+            converted: false,
             params,
-            found,
-            left_out: LeftOut::default(),
-            threads: 2,
+            geometry: Geometry::Vertices,
+            limits: &Limits { threads: 2, memory: 1_000_000_000, ..Limits::default() },
             io: "auto",
-            wall: Duration::from_secs(2),
-            cpu: None,
-            peak: None,
-            anonymous: None,
-            allocated: 30_000_000,
-            memory: 1_000_000_000,
-            stages: vec![StageUse {
-                stage: Stage::Scan,
-                cpu: Some(Duration::from_secs(3)),
-                read: Some(4096),
-                written: None,
-                allocated: 20_000_000,
-            }],
-            written: vec![Written { path: "scan.creases.ply".as_ref(), bytes: Some(2500) }],
+            found,
+            histograms: &Histograms { angle: none.clone(), length: none.clone(), strength: none },
+            edges: 9,
+            left_out: LeftOut::default(),
+            used: Used {
+                wall: Duration::from_secs(2),
+                cpu: None,
+                peak: None,
+                anonymous: None,
+                allocated: 30_000_000,
+                stages: vec![StageUse {
+                    stage: Stage::Scan,
+                    cpu: Some(Duration::from_secs(3)),
+                    read: Some(4096),
+                    written: None,
+                    allocated: 20_000_000,
+                }],
+            },
+            outputs: vec![Output { path: "scan.creases.ply".to_owned(), bytes: Some(2500) }],
         }
-        .to_string()
+        .report();
+        Summary(&report).to_string()
     }
 
     fn line(class: Class, length: f64, angle: f64) -> Measures {

@@ -62,13 +62,21 @@ impl PartFile {
         &self.target
     }
 
+    /// Makes what is written durable, under no name yet.
+    ///
+    /// # Errors
+    /// If the system refuses.
+    pub fn sync(&self) -> Result<(), OutputError> {
+        self.file.sync_all().map_err(OutputError::io(&self.target, "cannot sync the file"))
+    }
+
     /// Makes the file durable and gives it its name.
     ///
     /// # Errors
     /// If the system refuses; the target is then as it was before. Only if it fails in the very last step, when nobody knows
     /// whether the name would survive a power cut, there is no target.
     pub fn commit(mut self) -> Result<(), OutputError> {
-        self.file.sync_all().map_err(OutputError::io(&self.target, "cannot sync the file"))?;
+        self.sync()?;
         // What can be refused is asked for while nothing has happened yet.
         let directory = File::open(directory_of(&self.target))
             .map_err(OutputError::io(&self.target, "cannot open the directory"))?;

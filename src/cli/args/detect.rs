@@ -3,6 +3,7 @@
 use super::input::{BadFacesArgs, InputArgs};
 use super::method::MethodArgs;
 use super::output::OutputArgs;
+use super::report::ReportArgs;
 use super::show::{ProgressKind, ShowArgs};
 use super::sigma::SigmaArgs;
 use super::values::{angle, length};
@@ -45,6 +46,9 @@ pub(in crate::cli) struct DetectArgs {
 
     #[command(flatten)]
     pub output: OutputArgs,
+
+    #[command(flatten)]
+    pub report: ReportArgs,
 
     /// Leave the workspace when the outputs are there: with --force, or other names, the same command writes them again without
     /// doing the work again.

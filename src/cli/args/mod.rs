@@ -8,6 +8,7 @@ mod detect;
 mod input;
 mod method;
 mod output;
+mod report;
 mod show;
 mod sigma;
 #[cfg(test)]

@@ -1,24 +1,29 @@
 //! `crease detect`: the whole job on this machine.
 //!
-//! In: a mesh. Out: the lines, perhaps the table of all vertices, and a summary. Either all outputs appear or none.
+//! In: a mesh. Out: the lines, perhaps the table of all vertices, reports, and a summary. Either all outputs appear or none.
 
 use crate::cli::args::DetectArgs;
 use crate::cli::exit::{Exit, Failure};
+use crate::cli::input::Input;
 use crate::cli::interrupt::Interrupts;
 use crate::cli::memory::Allocations;
+use crate::cli::outcome::{Outcome, Used, output};
 use crate::cli::outputs::{Outputs, commit};
 use crate::cli::progress::Progress;
-use crate::cli::summary::{Outcome, Written};
+use crate::cli::summary::Summary;
 use crate::cli::{bus_error, console, input, memory, targets};
+use crate::config::Limits;
 use crate::error::Error;
-use crate::input::{InputError, InputFiles, MeshSource, PlySource, Sieve};
-use crate::output::part_of;
+use crate::input::{InputError, InputFiles, MeshSource, Sieve};
+use crate::output::{PartFile, part_of};
 use crate::pipeline::{Detection, Event, Job, Observer, Stage};
-use crate::stitch::{LineSource, Statistics};
+use crate::report::{Detail, Findings, Ground, Kind, Report, Scene, stage_json, stage_page};
+use crate::stitch::LineSource;
 use crate::workspace::{Workspace, WorkspaceError};
 use std::ffi::OsString;
 use std::fs;
 use std::path::Path;
+use std::sync::atomic::Ordering;
 use std::time::Instant;
 
 /// Does what `args` ask for, which come from the command line `words`.
@@ -32,10 +37,11 @@ pub(in crate::cli) fn detect(
 ) -> Result<Exit, Failure> {
     console::start_log(args.show.verbose);
     let started = Instant::now();
-    let (params, limits) = (args.params(), args.work.limits());
+    let limits = args.work.limits();
     let files = InputFiles::find(&args.input.names)?;
     let writing = Outputs::new(&args.output, &files)?;
-    let outputs = writing.paths();
+    let reports = args.report.reports.iter().map(|report| report.path.as_path());
+    let outputs: Vec<&Path> = writing.paths().into_iter().chain(reports).collect();
     let workspace =
         args.work.workspace.as_deref().map_or_else(|| Workspace::beside(writing.main()), Workspace::at);
     // What a run had begun to hand over when it was killed may be handed over again.
@@ -48,7 +54,18 @@ pub(in crate::cli) fn detect(
     let interrupts = Interrupts::watch(&workspace, parts, words)
         .map_err(|e| Failure::new(Exit::Resource, format!("cannot watch for signals: {e}")))?;
     let name = files.name();
-    let run = Run { args, input: &name, outputs: &writing, workspace: &workspace, progress: &progress };
+    let run = Run {
+        args,
+        words,
+        started,
+        limits: &limits,
+        input: &name,
+        files: &files,
+        writing: &writing,
+        outputs: &outputs,
+        workspace: &workspace,
+        progress: &progress,
+    };
     // Whatever is made of the input goes to the workspace as well.
     let opened = input::open(&files, args.input.weld, &workspace.scratch(), &limits, &progress);
     let input = match opened {
@@ -59,17 +76,14 @@ pub(in crate::cli) fn detect(
         }
     };
     let sieve = args.bad.sieve(input.mesh())?;
-    let source: &dyn MeshSource = sieve.as_ref().map_or(input.mesh(), |sieve| sieve);
-    let mut found = match run.all(input.mesh(), source, &interrupts) {
-        Ok(found) => found,
+    let report = match run.all(&input, sieve.as_ref(), &interrupts) {
+        Ok(report) => report,
         Err(error) => {
             interrupts.claim_end();
             return run.gave_up(error, &interrupts);
         }
     };
     interrupts.claim_end();
-    input.add_to(&mut found.work);
-    let left_out = sieve.as_ref().map(Sieve::left_out).unwrap_or_default();
     // A mesh that was made of the input goes before the workspace does that it lies in.
     drop(sieve);
     drop(input);
@@ -77,28 +91,8 @@ pub(in crate::cli) fn detect(
     if let Err(error) = concluded {
         tracing::warn!("{error}");
     }
-
     if !args.quiet {
-        let outcome = Outcome {
-            input: &name.display().to_string(),
-            params: &params,
-            found: &found,
-            left_out,
-            threads: limits.threads,
-            io: args.work.io.name(),
-            wall: started.elapsed(),
-            cpu: memory::cpu_time(),
-            peak: memory::peak(),
-            anonymous: progress.anonymous(),
-            allocated: progress.allocated(),
-            memory: limits.memory,
-            stages: progress.stages(),
-            written: outputs
-                .iter()
-                .map(|path| Written { path, bytes: fs::metadata(path).map(|m| m.len()).ok() })
-                .collect(),
-        };
-        console::print(&outcome.to_string())?;
+        console::print(&Summary(&report).to_string())?;
     }
     Ok(Exit::Done)
 }
@@ -106,26 +100,28 @@ pub(in crate::cli) fn detect(
 /// What a run works with.
 struct Run<'a> {
     args: &'a DetectArgs,
+    words: &'a [OsString],
+    started: Instant,
+    limits: &'a Limits,
     input: &'a Path,
-    outputs: &'a Outputs,
+    files: &'a InputFiles,
+    /// What is written of the mesh.
+    writing: &'a Outputs,
+    /// All outputs: what is written of the mesh, and reports.
+    outputs: &'a [&'a Path],
     workspace: &'a Workspace,
     progress: &'a Progress,
 }
 
 impl Run<'_> {
-    /// Detects and writes, and sums the lines up. A file that is not finished when this fails is removed by whoever drops
-    /// it. `source` is what of `mesh` is worked on.
-    fn all(
-        &self,
-        mesh: &PlySource,
-        source: &dyn MeshSource,
-        interrupts: &Interrupts,
-    ) -> Result<Detection<Statistics>, Error> {
-        let Run { args, outputs, workspace, progress, .. } = *self;
-        let mut limits = args.work.limits();
-        let mut tables = outputs.begin(mesh, source, &workspace.scratch(), limits.memory)?;
+    /// Detects and writes, and sums it up. A file that is not finished when this fails is removed by whoever drops it.
+    fn all(&self, input: &Input, sieve: Option<&Sieve>, interrupts: &Interrupts) -> Result<Report, Error> {
+        let Run { args, writing, workspace, progress, .. } = *self;
+        let source: &dyn MeshSource = sieve.map_or(input.mesh(), |sieve| sieve);
+        let mut limits = *self.limits;
+        let mut tables = writing.begin(input.mesh(), source, &workspace.scratch(), limits.memory)?;
         // What tables hold, tiles cannot.
-        limits.memory -= outputs.memory(limits.memory);
+        limits.memory -= writing.memory(limits.memory);
         let job = Job::new(source, args.params(), limits, progress)?
             .with_workspace(workspace, args.output.force)
             .with_stop(interrupts.flag());
@@ -133,23 +129,88 @@ impl Run<'_> {
         let (stage, total) = (Stage::Write, found.lines.counts().lines);
         let started = Instant::now();
         progress.event(Event::Started { stage, total });
-        let mut found = found.try_map(|lines| {
-            let lines = lines.with_geometry(args.output.geometry.into());
-            let statistics = Statistics::of(&lines)?;
-            let parts = outputs.stage(&lines, tables).map_err(|error| match error {
-                Error::Input(error @ InputError::Changed { .. }) => {
-                    Error::Changed { stage: stage.name(), error }
-                }
-                other => other,
-            })?;
-            commit(parts, &outputs.paths(), workspace)?;
-            Ok::<_, Error>(statistics)
+        let Detection { lines, scan, defects, mut work } = found;
+        let lines = lines.with_geometry(args.output.geometry.into());
+        let detail = self.detail();
+        let Findings { statistics, histograms, edges, chosen } =
+            Findings::of(&lines, scan.median_side, detail.segments)?;
+        let parts = writing.stage(&lines, tables).map_err(|error| match error {
+            Error::Input(error @ InputError::Changed { .. }) => Error::Changed { stage: stage.name(), error },
+            other => other,
         })?;
+        // That is what takes its time.
+        parts.iter().try_for_each(PartFile::sync)?;
+        let scattered = work.stages.iter().any(|(stage, _)| *stage == Stage::Order);
+        let scene = match detail {
+            Detail::NOTHING => None,
+            detail => {
+                let ended = || interrupts.flag().load(Ordering::Relaxed);
+                let ground = Ground { source, scan: &scan, scattered };
+                Some(Scene::of(&lines, &chosen, &ground, detail, ended)?)
+            }
+        };
         progress.event(Event::Advanced { stage, by: total });
         let wall = started.elapsed();
         progress.event(Event::Finished { stage, wall });
-        found.work.stages.push((stage, wall));
-        Ok(found)
+        work.stages.push((stage, wall));
+        input.add_to(&mut work);
+        let found = Detection { lines: statistics, scan, defects, work };
+        let outcome = Outcome {
+            words: self.words,
+            input: self.input,
+            files: &self.files.files,
+            converted: input.is_converted(),
+            params: &args.params(),
+            geometry: args.output.geometry.into(),
+            limits: self.limits,
+            io: args.work.io.name(),
+            found: &found,
+            histograms: &histograms,
+            edges,
+            left_out: sieve.map(Sieve::left_out).unwrap_or_default(),
+            used: self.used(),
+            outputs: self.outputs.iter().map(|path| output(path, &part_of(path))).collect(),
+        };
+        self.hand_over(outcome.report(), scene.as_ref(), parts)
+    }
+
+    /// How much of the lines and of the mesh a page may show, if there will be one.
+    fn detail(&self) -> Detail {
+        match self.args.report.reports.iter().any(|report| report.kind == Kind::Html) {
+            true => Detail::within(self.limits.memory),
+            false => Detail::NOTHING,
+        }
+    }
+
+    fn used(&self) -> Used {
+        Used {
+            wall: self.started.elapsed(),
+            cpu: memory::cpu_time(),
+            peak: memory::peak(),
+            anonymous: self.progress.anonymous(),
+            allocated: self.progress.allocated(),
+            stages: self.progress.stages(),
+        }
+    }
+
+    /// Writes the reports, and gives everything its name. Returns the report with the sizes that it cannot know of itself.
+    fn hand_over(
+        &self,
+        mut report: Report,
+        scene: Option<&Scene>,
+        mut parts: Vec<PartFile>,
+    ) -> Result<Report, Error> {
+        for file in &self.args.report.reports {
+            parts.push(match (file.kind, scene) {
+                (Kind::Html, Some(scene)) => stage_page(&file.path, &report, scene)?,
+                _ => stage_json(&file.path, &report)?,
+            });
+        }
+        commit(parts, self.outputs, self.workspace)?;
+        for (output, path) in report.outputs.iter_mut().zip(self.outputs) {
+            output.bytes = output.bytes.or_else(|| fs::metadata(path).map(|found| found.len()).ok());
+        }
+        Ok(report)
     }
 
     /// Says why the run ended, and what is left of it.

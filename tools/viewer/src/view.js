@@ -1,0 +1,228 @@
+// The 3D view: surface, lines, camera, picking. Nothing moves by itself, and nothing is drawn unless something changed.
+
+import {
+  AmbientLight, Box3, BufferAttribute, BufferGeometry, Color, DirectionalLight, DoubleSide, Mesh, MeshLambertMaterial, PerspectiveCamera, Points,
+  PointsMaterial, Raycaster, Scene, Vector2, Vector3, WebGLRenderer,
+} from "three";
+import { OrbitControls } from "three/addons/controls/OrbitControls.js";
+import { LineMaterial } from "three/addons/lines/LineMaterial.js";
+import { LineSegments2 } from "three/addons/lines/LineSegments2.js";
+import { LineSegmentsGeometry } from "three/addons/lines/LineSegmentsGeometry.js";
+
+// Pixels beside a line at which a click still means it.
+const REACH = 8;
+// A line this share of the distance behind the surface can still be seen: the surface is thinned, lines are not.
+const BEHIND = 0.01;
+// Directions to look from.
+const FROM = { start: [-0.55, -0.8, 0.75], top: [0, -0.001, 1], front: [0, -1, 0.001], side: [1, 0, 0.001] };
+
+export class View {
+  constructor(stage, data) {
+    this.stage = stage;
+    this.data = data;
+    this.renderer = new WebGLRenderer({ antialias: true, preserveDrawingBuffer: true });
+    this.renderer.domElement.setAttribute("aria-hidden", "true");
+    stage.prepend(this.renderer.domElement);
+    this.scene = new Scene();
+    this.camera = new PerspectiveCamera(38, 1, 1, 10);
+    this.camera.up.set(0, 0, 1);
+    this.lamp = new DirectionalLight(0xffffff, 2);
+    this.ambient = new AmbientLight(0xffffff, 1.35);
+    this.scene.add(this.lamp, this.lamp.target, this.ambient);
+    this.box = new Box3();
+    this.surface = this.makeSurface();
+    this.lines = this.makeLines();
+    this.chosen = null;
+    if (this.surface) this.scene.add(this.surface);
+    if (this.lines) this.scene.add(this.lines);
+    this.radius = Math.max(this.box.isEmpty() ? 1 : this.box.getSize(new Vector3()).length() / 2, 1e-9);
+    this.middle = this.box.isEmpty() ? new Vector3() : this.box.getCenter(new Vector3());
+    this.controls = new OrbitControls(this.camera, this.renderer.domElement);
+    this.controls.addEventListener("change", () => this.draw());
+    this.controls.zoomToCursor = true;
+    new ResizeObserver(() => this.fit()).observe(stage);
+    this.fit();
+    this.look("start");
+  }
+
+  makeSurface() {
+    const { places, corner, head } = this.data;
+    if (head.surface === "none") return null;
+    const geometry = new BufferGeometry();
+    geometry.setAttribute("position", new BufferAttribute(places, 3));
+    this.box.expandByObject(new Points(geometry));
+    if (head.surface === "points") {
+      return new Points(geometry, new PointsMaterial({ size: 1.5, sizeAttenuation: false }));
+    }
+    geometry.setIndex(new BufferAttribute(corner, 1));
+    // The surface gives way by a hair, so that lines on it are in front of it.
+    return new Mesh(geometry, new MeshLambertMaterial({
+      flatShading: true, side: DoubleSide, polygonOffset: true, polygonOffsetFactor: 2, polygonOffsetUnits: 4,
+    }));
+  }
+
+  makeLines() {
+    const { lines } = this.data;
+    if (lines.lineOf.length === 0) return null;
+    const geometry = new LineSegmentsGeometry();
+    geometry.setPositions(lines.segments.slice());
+    geometry.setColors(new Float32Array(lines.segments.length));
+    geometry.computeBoundingSphere();
+    geometry.computeBoundingBox();
+    this.box.union(geometry.boundingBox);
+    this.shown = lines.lineOf.slice();
+    return new LineSegments2(geometry, new LineMaterial({ linewidth: 2, vertexColors: true }));
+  }
+
+  // Shows the lines that `isVisible` tells, in the colours of `colourOf`. Returns how many lines and segments these are.
+  show(isVisible, colourOf) {
+    if (!this.lines) return { lines: 0, segments: 0 };
+    const { lines } = this.data;
+    const places = this.lines.geometry.attributes.instanceStart.data, colours = this.lines.geometry.attributes.instanceColorStart.data;
+    const seen = new Uint8Array(lines.count), rgb = new Float32Array(3 * lines.count);
+    let shownLines = 0, shown = 0;
+    for (let line = 0; line < lines.count; line += 1) {
+      seen[line] = isVisible(line) ? 1 : 0;
+      shownLines += seen[line];
+      if (seen[line]) colourOf(line).toArray(rgb, 3 * line);
+    }
+    for (let segment = 0; segment < lines.lineOf.length; segment += 1) {
+      const line = lines.lineOf[segment];
+      if (!seen[line]) continue;
+      for (let i = 0; i < 6; i += 1) {
+        places.array[6 * shown + i] = lines.segments[6 * segment + i];
+        colours.array[6 * shown + i] = rgb[3 * line + (i % 3)];
+      }
+      this.shown[shown] = line;
+      shown += 1;
+    }
+    places.needsUpdate = true;
+    colours.needsUpdate = true;
+    this.lines.geometry.instanceCount = shown;
+    this.lines.visible = shown > 0;
+    this.draw();
+    return { lines: shownLines, segments: shown };
+  }
+
+  // Colours that follow the page.
+  dress({ background, surface, points, chosen }) {
+    this.renderer.setClearColor(new Color(background));
+    if (this.surface) this.surface.material.color.set(this.data.head.surface === "points" ? points : surface);
+    this.accent = chosen;
+    if (this.chosen) this.chosen.material.color.set(chosen);
+    this.draw();
+  }
+
+  showSurface(visible) {
+    if (this.surface) this.surface.visible = visible;
+    this.draw();
+  }
+
+  showHidden(through) {
+    this.through = through;
+    if (this.lines) this.lines.material.depthTest = !through;
+    this.draw();
+  }
+
+  // Marks a line, or none.
+  choose(line) {
+    if (this.chosen) {
+      this.scene.remove(this.chosen);
+      this.chosen.geometry.dispose();
+      this.chosen.material.dispose();
+      this.chosen = null;
+    }
+    if (line !== null) {
+      const geometry = new LineSegmentsGeometry();
+      geometry.setPositions(this.data.lines.segmentsOf(line));
+      this.chosen = new LineSegments2(geometry, new LineMaterial({ linewidth: 6, color: this.accent, depthTest: false, transparent: true }));
+      this.chosen.renderOrder = 1;
+      this.scene.add(this.chosen);
+    }
+    this.draw();
+  }
+
+  // The line at a place of the stage, in pixels from its corner, or null.
+  lineAt(x, y) {
+    if (!this.lines || !this.lines.visible) return null;
+    const { clientWidth: width, clientHeight: height } = this.stage;
+    const ray = new Raycaster();
+    ray.params.Line2 = { threshold: REACH };
+    ray.setFromCamera(new Vector2((2 * x) / width - 1, 1 - (2 * y) / height), this.camera);
+    ray.camera = this.camera;
+    const hits = ray.intersectObject(this.lines);
+    if (hits.length === 0) return null;
+    let limit = Infinity;
+    if (!this.through && this.surface?.visible && this.surface.isMesh) {
+      const [ground] = ray.intersectObject(this.surface);
+      if (ground) limit = ground.distance + 2 * this.data.head.cube + BEHIND * ground.distance;
+    }
+    // Of the lines that can be seen, the one nearest to the click on the screen.
+    const place = new Vector3();
+    const off = (hit) => {
+      place.copy(hit.pointOnLine).project(this.camera);
+      return Math.hypot(((place.x + 1) * width) / 2 - x, ((1 - place.y) * height) / 2 - y);
+    };
+    const near = hits.filter((hit) => hit.distance <= limit).map((hit) => [off(hit), hit]);
+    near.sort((a, b) => a[0] - b[0]);
+    return near.length === 0 ? null : this.shown[near[0][1].faceIndex];
+  }
+
+  // Where the middle of a line is on the stage, in pixels.
+  placeOf(line) {
+    const { lines } = this.data, at = (lines.firstPoint[line] + lines.firstPoint[line + 1]) >> 1;
+    const p = new Vector3().fromArray(lines.arrays.place, 3 * at).project(this.camera);
+    return [((p.x + 1) * this.stage.clientWidth) / 2, ((1 - p.y) * this.stage.clientHeight) / 2];
+  }
+
+  // Looks at the whole from one side.
+  look(from) {
+    const angle = (this.camera.fov / 2) * (Math.PI / 180);
+    const narrow = Math.min(1, this.camera.aspect);
+    const distance = (this.radius * 0.82) / (Math.sin(angle) * narrow);
+    this.controls.target.copy(this.middle);
+    this.camera.position.fromArray(FROM[from]).normalize().multiplyScalar(distance).add(this.middle);
+    this.controls.update();
+    this.draw();
+  }
+
+  // Turns by degrees, moves by pixels, zooms by a factor.
+  turn(right, up) {
+    this.controls.rotateLeft((-right * Math.PI) / 180);
+    this.controls.rotateUp((-up * Math.PI) / 180);
+  }
+
+  move(right, up) {
+    this.controls.pan(-right, up);
+  }
+
+  zoom(factor) {
+    if (factor > 1) this.controls.dollyIn(factor);
+    else this.controls.dollyOut(1 / factor);
+  }
+
+  fit() {
+    const { clientWidth: width, clientHeight: height } = this.stage;
+    if (width === 0 || height === 0) return;
+    this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
+    this.renderer.setSize(width, height);
+    this.camera.aspect = width / height;
+    this.draw();
+  }
+
+  draw() {
+    if (this.waiting) return;
+    this.waiting = true;
+    requestAnimationFrame(() => {
+      this.waiting = false;
+      const away = this.camera.position.distanceTo(this.middle);
+      this.camera.near = Math.max(away - 1.5 * this.radius, this.radius / 2000);
+      this.camera.far = away + 1.5 * this.radius;
+      this.camera.updateProjectionMatrix();
+      // The light comes from above the left shoulder, wherever one looks from.
+      this.lamp.position.set(-0.6, 0.9, 1).applyQuaternion(this.camera.quaternion);
+      this.renderer.render(this.scene, this.camera);
+      this.drawn = (this.drawn ?? 0) + 1;
+    });
+  }
+}
