@@ -18,6 +18,8 @@ use std::time::Duration;
 pub(super) struct Outcome<'a> {
     pub input: &'a str,
     pub params: &'a Params,
+    /// The preset and what it set, if one was chosen.
+    pub preset: Option<String>,
     pub found: &'a Detection<Statistics>,
     /// Faces that were not used because they could not be.
     pub left_out: LeftOut,
@@ -89,6 +91,9 @@ impl Outcome<'_> {
         f.write_str(&entry("median edge", &format!("{} mesh units", measure(scan.median_side))))?;
         let edges = if scan.median_side > 0.0 { sigma / scan.median_side } else { method::SIGMA_EDGES };
         f.write_str(&entry("sigma", &format!("{} mesh units ({edges:.2} median edges)", measure(sigma))))?;
+        if let Some(preset) = &self.preset {
+            f.write_str(&entry("preset", preset))?;
+        }
         match &self.params.method {
             Method::Robust => Ok(()),
             Method::Paper(PaperThresholds { salience, edge_l2, corner_l3 }) => f.write_str(&entry(
@@ -315,6 +320,7 @@ mod tests {
         Outcome {
             input: "scan.ply",
             params,
+            preset: None,
             found,
             left_out: LeftOut::default(),
             threads: 2,

@@ -6,6 +6,7 @@ mod census;
 mod certify;
 mod compute;
 mod events;
+mod guess;
 mod ledger;
 mod order;
 mod paper;
@@ -19,5 +20,6 @@ mod sizing;
 mod stop;
 
 pub use events::{Event, Observer, Silent, Stage};
+pub use guess::Calibration;
 pub use planned::Planned;
 pub use run::{Detection, Job, Work};

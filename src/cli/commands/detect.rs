@@ -42,7 +42,7 @@ pub(in crate::cli) fn detect(
     targets::check(&files.files, &outputs, |output| args.output.force || begun(output))?;
 
     bus_error::watch(&files.name());
-    let progress = Progress::new(args.progress(), args.show.verbose, allocations);
+    let progress = Progress::new(args.progress(), allocations, limits.memory);
     let parts = outputs.iter().map(|output| part_of(output)).collect();
     let interrupts = Interrupts::watch(&workspace, parts, words)
         .map_err(|e| Failure::new(Exit::Resource, format!("cannot watch for signals: {e}")))?;
@@ -81,6 +81,7 @@ pub(in crate::cli) fn detect(
         let outcome = Outcome {
             input: &name.display().to_string(),
             params: &params,
+            preset: args.preset_line(),
             found: &found,
             left_out,
             threads: limits.threads,
@@ -130,7 +131,7 @@ impl Run<'_> {
         let started = Instant::now();
         progress.event(Event::Started { stage, total });
         let mut found = found.try_map(|lines| {
-            let lines = lines.with_geometry(args.output.geometry.into());
+            let lines = lines.with_geometry(args.geometry());
             let statistics = Statistics::of(&lines)?;
             write(&lines, attributes, self.output, table, workspace)?;
             Ok::<_, Error>(statistics)
