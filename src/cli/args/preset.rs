@@ -13,7 +13,8 @@ use clap::{Args, ValueEnum};
 pub(in crate::cli) struct PresetArgs {
     /// What kind of mesh it is, as a set of values for other options, which win if they are given. `scan`, the default, changes
     /// nothing. `cad`, for clean models and thin features: `--sigma-edges 2 --boundaries --geometry fitted`. `terrain`, for
-    /// ground from laser scanning or photogrammetry: `--min-length 8 --geometry fitted`.
+    /// ground from laser scanning or photogrammetry: `--sigma-edges 2.5 --min-length 6 --geometry
+    /// fitted`.
     #[arg(long, value_enum, value_name = "KIND", help_heading = WHAT, default_value = "scan",
           hide_default_value = true, hide_possible_values = true)]
     pub preset: Preset,
@@ -60,11 +61,14 @@ impl Preset {
                 geometry: Some(GeometryArg::Fitted),
                 ..none
             },
-            // Breaklines are long, and vegetation makes many short ones. A larger sigma was tried: it loses low embankments before
-            // it loses false lines.
-            Preset::Terrain => {
-                PresetValues { min_length_sigmas: Some(8.0), geometry: Some(GeometryArg::Fitted), ..none }
-            }
+            // Breaklines are low: a larger sigma loses embankments before it loses false lines, a smaller one follows them to
+            // where they fade. It finds more that is short, in vegetation above all, and breaklines are long.
+            Preset::Terrain => PresetValues {
+                sigma_edges: Some(2.5),
+                min_length_sigmas: Some(6.0),
+                geometry: Some(GeometryArg::Fitted),
+                ..none
+            },
         }
     }
 }
