@@ -401,7 +401,7 @@ fn text_is_converted_where_temporary_files_go() {
     place.refuses(
         "info ascii.ply --workspace missing",
         4,
-        &["missing/crease-scratch-", "cannot create the directory"],
+        &["missing/ascii.crease-info-", "cannot create the directory"],
     );
 }
 
@@ -445,7 +445,7 @@ fn helps_exist() {
     assert!(place.does("--version").0.starts_with("crease "));
     let output = place.run("");
     assert_eq!(output.status.code(), Some(2));
-    assert!(texts(&output).1.contains("Usage: crease <COMMAND>"));
+    assert!(texts(&output).1.contains("Usage: crease [OPTIONS] <COMMAND>"));
 }
 
 #[test]

@@ -1,18 +1,33 @@
 //! What is said to a person, and the ways in which nobody may be listening.
 //!
-//! In: texts. Out: standard output and standard error. A reader that has gone away is no failure, and never a panic.
+//! In: texts. Out: standard output and standard error. A reader that has gone away is no failure, and never a panic. Lines on
+//! standard error come above the progress bar, if there is one, and never through it.
 
+use super::colour::{self, ERROR};
 use super::exit::{Exit, Failure};
 use clap::error::ErrorKind;
+use indicatif::ProgressBar;
 use std::io::{self, Write};
+use std::sync::{Mutex, PoisonError};
 
-/// Writes the result of a command to standard output.
+/// Writes the result of a command to standard output, in colours only where they are wanted.
 ///
 /// # Errors
 /// If it cannot be written, unless the reader has seen enough and hung up.
 pub(super) fn print(text: &str) -> Result<(), Failure> {
+    match colour::wanted(&io::stdout()) {
+        true => print_bytes(text.as_bytes()),
+        false => print_bytes(colour::plain(text).as_bytes()),
+    }
+}
+
+/// The same with bytes for a program, as they are.
+///
+/// # Errors
+/// As for [`print`].
+pub(super) fn print_bytes(bytes: &[u8]) -> Result<(), Failure> {
     let mut out = io::stdout().lock();
-    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+    match out.write_all(bytes).and_then(|()| out.flush()) {
         Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
             Err(Failure::new(Exit::Resource, format!("standard output: cannot write: {error}")))
         }
@@ -20,14 +35,46 @@ pub(super) fn print(text: &str) -> Result<(), Failure> {
     }
 }
 
+/// The bar that is on the terminal now.
+static BAR: Mutex<Option<ProgressBar>> = Mutex::new(None);
+
+/// From now on lines come above `bar`; without one, the terminal is free.
+pub(super) fn show_bar(bar: Option<ProgressBar>) {
+    let before = std::mem::replace(&mut *BAR.lock().unwrap_or_else(PoisonError::into_inner), bar);
+    if let Some(before) = before {
+        before.finish_and_clear();
+    }
+}
+
 /// Writes a line to standard error. If even that fails, there is nobody left to tell.
 pub(super) fn say(line: &str) {
-    let _ = io::stderr().lock().write_all(format!("{line}\n").as_bytes());
+    say_bytes(format!("{line}\n").as_bytes());
+}
+
+fn say_bytes(bytes: &[u8]) {
+    // In one piece, so that lines of several processes do not mix in a log.
+    let write = || {
+        let _ = io::stderr().lock().write_all(bytes);
+    };
+    let bar = BAR.lock().unwrap_or_else(PoisonError::into_inner).clone();
+    match bar {
+        Some(bar) => bar.suspend(write),
+        None => write(),
+    }
 }
 
 /// Reports a failure.
 pub(super) fn error(message: &str) {
-    say(&error_line(message));
+    show_bar(None);
+    say(&match colour::wanted(&io::stderr()) {
+        true => in_colour(&error_line(message)),
+        false => error_line(message),
+    });
+}
+
+/// An error line on a terminal.
+fn in_colour(line: &str) -> String {
+    line.replacen("error:", &colour::styled(ERROR, "error:"), 1)
 }
 
 /// A failure on one line, whatever is in the message: names of files may contain anything.
@@ -87,10 +134,24 @@ pub(super) fn start_log(verbose: bool) {
     // Whoever embeds this may have a log already, which is as good.
     let _ = tracing_subscriber::fmt()
         .with_env_filter(filter)
-        .with_writer(io::stderr)
+        .with_writer(|| Above)
         .with_ansi(false)
         .log_internal_errors(false)
         .try_init();
+}
+
+/// The log, line by line, above the bar.
+struct Above;
+
+impl Write for Above {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        say_bytes(bytes);
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
 }
 
 #[cfg(test)]
@@ -110,6 +171,13 @@ mod tests {
         assert!(
             condensed(missing).starts_with("the following required arguments were not provided: <INPUT>;")
         );
+    }
+
+    #[test]
+    fn one_word_of_an_error_is_red() {
+        let line = in_colour(&error_line("a.ply: error: none"));
+        assert_eq!(colour::plain(&line), "crease: error: a.ply: error: none");
+        assert!(line.starts_with("crease: \u{1b}") && line.ends_with(" a.ply: error: none"), "{line:?}");
     }
 
     #[test]

@@ -4,12 +4,10 @@
 
 use super::exit::Failure;
 use super::progress::Progress;
-use super::text::{bytes, counted, entry};
 use crate::config::Limits;
-use crate::input::{self, InputFile, InputFiles, OpenOptions, Packing, PlySource, Weld};
+use crate::input::{self, InputFile, InputFiles, OpenOptions, PlySource, Weld};
 use crate::pipeline::{Event, Observer, Stage, Work};
 use crate::spill::ScratchPlace;
-use std::fs;
 use std::time::{Duration, Instant};
 
 /// A mesh, and how it was opened.
@@ -78,37 +76,13 @@ impl Input {
         work.temporary_bytes = peak.max(now + work.temporary_bytes);
     }
 
-    /// What was read, for `info`.
-    pub fn describe(&self) -> String {
-        let files = self.opened.files();
-        let mut out = format!("{}\n", self.mesh().path().display());
-        let size = files.iter().filter_map(|file| fs::metadata(&file.path).ok()).map(|m| m.len()).sum();
-        let (vertices, polygons) =
-            files.iter().fold((0, 0), |(v, p), file| (v + file.vertices, p + file.polygons));
-        let name = if files.len() == 1 { "file" } else { "files" };
-        out.push_str(&entry(name, &format!("{}, {}", kinds(files), bytes(size))));
-        let vertices = counted(vertices, "vertex", "vertices");
-        let polygons = counted(polygons, "polygon", "polygons");
-        out.push_str(&entry("", &format!("{vertices} and {polygons}, converted to be read in place")));
-        out
+    /// The files that the mesh comes from.
+    pub fn files(&self) -> &[InputFile] {
+        self.opened.files()
     }
-}
 
-/// How many files there are of each kind.
-fn kinds(files: &[InputFile]) -> String {
-    let kind = |file: &InputFile| match file.packing {
-        Packing::Plain => file.format.name().to_owned(),
-        packing => format!("{} in {}", file.format.name(), packing.name()),
-    };
-    let mut found: Vec<(String, usize)> = Vec::new();
-    for kind in files.iter().map(kind) {
-        match found.iter_mut().find(|(name, _)| *name == kind) {
-            Some((_, count)) => *count += 1,
-            None => found.push((kind, 1)),
-        }
-    }
-    match found.as_slice() {
-        [(kind, 1)] => kind.clone(),
-        many => many.iter().map(|(kind, count)| format!("{count} {kind}")).collect::<Vec<_>>().join(", "),
+    /// How long the conversion took, if there was one.
+    pub fn conversion(&self) -> Option<Duration> {
+        self.conversion
     }
 }

@@ -5,7 +5,7 @@
 //! as a kill is: what is kept was kept before, and all else is under names that nobody takes for a result. The committer
 //! is given a moment to let go of the disk first. A second signal ends the process at once.
 
-use super::console::say;
+use super::console::{say, show_bar};
 use super::exit::Exit;
 use crate::workspace::Workspace;
 use signal_hook::consts::{SIGINT, SIGTERM};
@@ -130,6 +130,8 @@ impl Shared {
     }
 
     fn report(&self) {
+        // Nobody else takes it off the terminal any more.
+        show_bar(None);
         let (command, path) = (&self.command, self.workspace.path().display());
         match self.workspace.counted().filter(|_| self.workspace.is_worth_keeping()) {
             Some((done, total)) => {

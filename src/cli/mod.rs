@@ -4,15 +4,17 @@
 //! and errors go to standard error, so that either can be redirected alone. An error is one line.
 //!
 //! ```text
-//!  args ──> commands: detect, info, diff, clean ──> text on stdout
+//!  args ──> commands: detect, info, diff, clean, completions, man ──> text on stdout
 //!             │  targets, outcome, summary, records
 //!             └──> progress, memory, interrupt ──> stderr
 //! ```
 
 mod args;
 mod bus_error;
+mod colour;
 mod commands;
 mod console;
+mod description;
 mod exit;
 mod input;
 mod interrupt;
@@ -41,6 +43,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>, allocations: Allocatio
     console::report_panics_on_one_line();
     kill::arm();
     let words: Vec<OsString> = arguments.into_iter().collect();
+    colour::choose(&words);
     let cli = match Cli::parse_words(words.iter().cloned()) {
         Ok(cli) => cli,
         Err(refusal) => return console::answer(&refusal),
@@ -48,9 +51,11 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>, allocations: Allocatio
     // The hook has said by then what happened and where.
     let outcome = catch_unwind(AssertUnwindSafe(|| match &cli.command {
         Command::Detect(args) => commands::detect(args, &words, allocations),
-        Command::Info(args) => commands::info(args, allocations),
+        Command::Info(args) => commands::info(args, &words, allocations),
         Command::Diff(args) => commands::diff(args),
         Command::Clean(args) => commands::clean(args),
+        Command::Completions(args) => commands::completions(args),
+        Command::Man(args) => commands::man(args),
     }))
     .unwrap_or(Err(Failure::new(Exit::Internal, "stopped by a bug")));
     outcome.unwrap_or_else(|failure| {

@@ -25,6 +25,8 @@ pub(super) struct Outcome<'a> {
     pub files: &'a [PathBuf],
     pub converted: bool,
     pub params: &'a Params,
+    /// The preset and what it set, if one was chosen.
+    pub preset: Option<String>,
     pub geometry: Geometry,
     pub limits: &'a Limits,
     pub io: &'static str,
@@ -107,6 +109,7 @@ impl Outcome<'_> {
             min_angle: self.params.min_angle_deg,
             min_length_sigmas: self.params.min_length_sigmas,
             boundaries: self.params.boundaries,
+            preset: self.preset.clone(),
             geometry: match self.geometry {
                 Geometry::Vertices => "vertices",
                 Geometry::Fitted => "fitted",

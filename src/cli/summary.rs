@@ -53,6 +53,9 @@ impl Summary<'_> {
         f.write_str(&entry("median edge", &format!("{} mesh units", measure(mesh.median_edge))))?;
         let (sigma, edges) = (measure(parameters.sigma), parameters.sigma_edges);
         f.write_str(&entry("sigma", &format!("{sigma} mesh units ({edges:.2} median edges)")))?;
+        if let Some(preset) = &parameters.preset {
+            f.write_str(&entry("preset", preset))?;
+        }
         match parameters.thresholds {
             None => Ok(()),
             Some(Thresholds { salience, edge_l2, corner_l3 }) => f.write_str(&entry(
@@ -285,6 +288,7 @@ mod tests {
             files: &[],
             converted: false,
             params,
+            preset: None,
             geometry: Geometry::Vertices,
             limits: &Limits { threads: 2, memory: 1_000_000_000, ..Limits::default() },
             io: "auto",

@@ -84,6 +84,21 @@ pub(super) fn span(time: Duration) -> String {
     }
 }
 
+/// A time span that is a guess, in seconds: `15 s`, `25 min`, `3.5 h`, with no more figures than a guess deserves.
+pub(super) fn rough_span(seconds: f64) -> String {
+    match seconds {
+        s if s < 1.0 => "a second".to_owned(),
+        s if s < 90.0 => format!("{} s", two_figures(s)),
+        s if s < 90.0 * 60.0 => format!("{} min", two_figures(s / 60.0)),
+        s => format!("{} h", two_figures(s / 3600.0)),
+    }
+}
+
+/// Two significant figures, none of them behind the point from ten on.
+fn two_figures(x: f64) -> String {
+    if x < 9.95 { format!("{x:.1}") } else { grouped(x.round() as u64) }
+}
+
 /// Rows in columns: the first to the left, the others to the right, two blanks in between, `indent` before all.
 pub(super) fn table(indent: usize, rows: &[Vec<String>]) -> String {
     let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
@@ -159,6 +174,12 @@ mod tests {
         let spans = [0.421, 12.34, 185.0, 7620.0].map(|s| span(Duration::from_secs_f64(s)));
         assert_eq!(spans, ["0.42 s", "12.3 s", "3 min 05 s", "2 h 07 min"]);
         assert_eq!([percent(1.0, 4.0), percent(0.0, 0.0)], ["25.0 %", "-"]);
+    }
+
+    #[test]
+    fn guesses_are_rough() {
+        let guesses = [0.2, 3.21, 42.4, 1500.0, 12_000.0, 360_000.0].map(rough_span);
+        assert_eq!(guesses, ["a second", "3.2 s", "42 s", "25 min", "3.3 h", "100 h"]);
     }
 
     #[test]

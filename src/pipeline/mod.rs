@@ -6,6 +6,7 @@ mod census;
 mod certify;
 mod compute;
 mod events;
+mod guess;
 mod ledger;
 mod order;
 mod paper;
@@ -20,6 +21,7 @@ mod stop;
 mod waits;
 
 pub use events::{Event, Observer, Silent, Stage};
+pub use guess::Calibration;
 pub use planned::Planned;
 pub use run::{Detection, Job, Work};
 pub use waits::Waits;

@@ -89,7 +89,7 @@ impl Work {
 
 /// A job over a source. Built once, run once.
 pub struct Job<'a> {
-    source: &'a dyn MeshSource,
+    pub(super) source: &'a dyn MeshSource,
     pub(super) params: Params,
     pub(super) limits: Limits,
     pub(super) observer: &'a dyn Observer,

@@ -90,6 +90,8 @@ pub struct Parameters {
     pub min_length_sigmas: f64,
     /// Whether open borders and non-manifold edges are reported.
     pub boundaries: bool,
+    /// The preset that was chosen, and what it set.
+    pub preset: Option<String>,
     /// `vertices` or `fitted`.
     pub geometry: &'static str,
 }

@@ -2,7 +2,8 @@
 
 use super::input::{BadFacesArgs, InputArgs};
 use super::method::MethodArgs;
-use super::output::OutputArgs;
+use super::output::{GeometryArg, OutputArgs};
+use super::preset::{Preset, PresetArgs, PresetValues};
 use super::report::ReportArgs;
 use super::show::{ProgressKind, ShowArgs};
 use super::sigma::SigmaArgs;
@@ -10,6 +11,7 @@ use super::values::{angle, length};
 use super::work::WorkArgs;
 use super::{HOW, OUTPUT, WHAT};
 use crate::config::Params;
+use crate::stitch::Geometry;
 use clap::Args;
 
 /// Arguments of `detect`.
@@ -17,6 +19,9 @@ use clap::Args;
 pub(in crate::cli) struct DetectArgs {
     #[command(flatten)]
     pub input: InputArgs,
+
+    #[command(flatten)]
+    pub preset: PresetArgs,
 
     #[command(flatten)]
     pub method: MethodArgs,
@@ -71,13 +76,40 @@ impl DetectArgs {
 
     /// What changes the result.
     pub fn params(&self) -> Params {
-        let default = Params::default();
+        let (default, preset) = (Params::default(), self.preset.preset.values());
         Params {
             method: self.method.method(),
-            sigma: self.sigma.sigma(),
-            min_angle_deg: self.min_angle.unwrap_or(default.min_angle_deg),
-            min_length_sigmas: self.min_length.unwrap_or(default.min_length_sigmas),
+            sigma: preset.sigma(self.sigma.given()),
+            min_angle_deg: self.min_angle.or(preset.min_angle_deg).unwrap_or(default.min_angle_deg),
+            min_length_sigmas: self
+                .min_length
+                .or(preset.min_length_sigmas)
+                .unwrap_or(default.min_length_sigmas),
+            boundaries: self.boundaries || preset.boundaries,
+        }
+    }
+
+    /// Where lines run.
+    pub fn geometry(&self) -> Geometry {
+        let geometry = self.output.geometry.or(self.preset.preset.values().geometry);
+        geometry.unwrap_or(GeometryArg::Vertices).into()
+    }
+
+    /// The preset and what it set, if it is not the default: `cad: --sigma-edges 2`. What was given besides is left out.
+    pub fn preset_line(&self) -> Option<String> {
+        let preset = self.preset.preset;
+        let given = PresetValues {
+            sigma_edges: None,
+            min_angle_deg: self.min_angle,
+            min_length_sigmas: self.min_length,
             boundaries: self.boundaries,
+            geometry: self.output.geometry,
+        };
+        let set = preset.values().without(&given, self.sigma.given().is_some()).words();
+        match (preset, set.is_empty()) {
+            (Preset::Scan, _) => None,
+            (_, true) => Some(format!("{}: nothing, all of it was given", preset.name())),
+            (_, false) => Some(format!("{}: {set}", preset.name())),
         }
     }
 }

@@ -4,8 +4,9 @@
 //! an option that does nothing is worse than none.
 
 use super::WHAT;
+use super::sigma::SigmaArgs;
 use super::values::share;
-use crate::config::{Method, PaperThresholds, Sigma};
+use crate::config::{Method, PaperThresholds};
 use clap::error::ErrorKind;
 use clap::{Args, ValueEnum};
 
@@ -57,7 +58,7 @@ impl MethodArgs {
     ///
     /// # Errors
     /// That name the option and the method it belongs to.
-    pub fn check(&self, sigma: Sigma, min_angle: Option<f64>) -> Result<(), clap::Error> {
+    pub fn check(&self, sigma: &SigmaArgs, min_angle: Option<f64>) -> Result<(), clap::Error> {
         let of_paper = [
             ("--salience", self.salience.is_some()),
             ("--edge-l2", self.edge_l2.is_some()),

@@ -8,6 +8,7 @@ mod detect;
 mod input;
 mod method;
 mod output;
+mod preset;
 mod report;
 mod show;
 mod sigma;
@@ -18,11 +19,14 @@ mod work;
 
 pub(super) use detect::DetectArgs;
 pub(super) use output::OutputArgs;
+pub(super) use preset::Preset;
 pub(super) use show::ProgressKind;
 
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, ColorChoice, Parser, Subcommand};
+use clap_complete::Shell;
 use input::{BadFacesArgs, InputArgs};
 use method::refusal;
+use preset::PresetArgs;
 use show::ShowArgs;
 use sigma::SigmaArgs;
 use std::ffi::OsString;
@@ -40,6 +44,12 @@ const OUTPUT: &str = "Output";
 pub(super) struct Cli {
     #[command(subcommand)]
     pub command: Command,
+
+    // Looked for before anything else (`colour.rs`), so that what is wrong with the words is said in colours, too.
+    /// When to use colours: `auto`, on a terminal unless the environment variable NO_COLOR is set; `always`; `never`.
+    #[arg(long, global = true, value_enum, value_name = "WHEN", help_heading = OUTPUT, default_value = "auto",
+          hide_default_value = true, hide_possible_values = true)]
+    pub color: ColorChoice,
 }
 
 impl Cli {
@@ -50,11 +60,15 @@ impl Cli {
     pub fn parse_words(arguments: impl IntoIterator<Item = OsString>) -> Result<Cli, clap::Error> {
         let cli = Cli::try_parse_from(arguments)?;
         match &cli.command {
-            Command::Detect(args) => args.method.check(args.sigma.sigma(), args.min_angle)?,
-            Command::Info(args) if args.sigma.sigma().is_zero() => {
+            Command::Detect(args) => args.method.check(&args.sigma, args.min_angle)?,
+            Command::Info(args) if args.sigma.is_zero() => {
                 return Err(refusal("a sigma of 0 needs detect --method paper"));
             }
-            Command::Info(_) | Command::Diff(_) | Command::Clean(_) => {}
+            Command::Info(_)
+            | Command::Diff(_)
+            | Command::Clean(_)
+            | Command::Completions(_)
+            | Command::Man(_) => {}
         }
         Ok(cli)
     }
@@ -91,6 +105,12 @@ pub(super) enum Command {
     /// Only files that crease wrote are removed, and the directory if nothing else is in it. A directory without a workspace
     /// is refused.
     Clean(CleanArgs),
+    /// Prints a script that has a shell complete commands, options and values.
+    #[command(after_help = COMPLETIONS_EXAMPLES)]
+    Completions(CompletionsArgs),
+    /// Prints the manual page, or writes the pages of all commands into a directory.
+    #[command(after_help = MAN_EXAMPLES)]
+    Man(ManArgs),
 }
 
 const DETECT_EXAMPLES: &str = "\
@@ -111,11 +131,29 @@ Examples:
 A run that was interrupted or killed goes on where it stopped when the same command is given again. `crease clean` removes
 what it has kept.";
 
+const COMPLETIONS_EXAMPLES: &str = "\
+Examples:
+  crease completions bash > ~/.local/share/bash-completion/completions/crease
+  crease completions zsh > ~/.zfunc/_crease
+  crease completions fish > ~/.config/fish/completions/crease.fish";
+
+const MAN_EXAMPLES: &str = "\
+Examples:
+  crease man --out ~/.local/share/man/man1
+      man crease and man crease-detect work from now on
+  crease man | man -l -
+      shows the page at once";
+
 /// Arguments of `info`.
 #[derive(Debug, Args)]
 pub(super) struct InfoArgs {
     #[command(flatten)]
     pub input: InputArgs,
+    #[command(flatten)]
+    pub preset: PresetArgs,
+    /// Print one JSON object instead, for programs; docs/FORMATS.md has its fields.
+    #[arg(long, help_heading = OUTPUT)]
+    pub json: bool,
 
     #[command(flatten)]
     pub sigma: SigmaArgs,
@@ -137,6 +175,22 @@ pub(super) struct DiffArgs {
     pub a: PathBuf,
     /// The second file.
     pub b: PathBuf,
+}
+
+/// Arguments of `completions`.
+#[derive(Debug, Args)]
+pub(super) struct CompletionsArgs {
+    /// bash, elvish, fish, powershell or zsh.
+    #[arg(value_enum, hide_possible_values = true)]
+    pub shell: Shell,
+}
+
+/// Arguments of `man`.
+#[derive(Debug, Args)]
+pub(super) struct ManArgs {
+    /// Write crease.1 and a page for each command, such as crease-detect.1, into this directory, which is made if need be.
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
 }
 
 /// Arguments of `clean`.

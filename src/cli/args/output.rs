@@ -11,9 +11,8 @@ use std::path::PathBuf;
 pub(in crate::cli) struct OutputArgs {
     /// Where the lines run: `vertices`, the default, along edges of the mesh, from vertex to vertex; `fitted`, where the
     /// surfaces on both sides meet, smoothed along the line, as a person would draw them.
-    #[arg(long, value_enum, value_name = "KIND", help_heading = OUTPUT, default_value = "vertices",
-          hide_default_value = true, hide_possible_values = true)]
-    pub geometry: GeometryArg,
+    #[arg(long, value_enum, value_name = "KIND", help_heading = OUTPUT, hide_possible_values = true)]
+    pub geometry: Option<GeometryArg>,
 
     /// Where to write the lines; may be given several times. The ending says how: `.ply` (all there is to know), `.obj`, `.vtp`
     /// (ParaView), `.dxf` (CAD, a layer for each class), `.geojson`, `.gpkg` (GeoPackage), `.csv` (a row for each line, with its
@@ -46,6 +45,16 @@ pub(in crate::cli) struct OutputArgs {
 pub(in crate::cli) enum GeometryArg {
     Vertices,
     Fitted,
+}
+
+impl GeometryArg {
+    /// The word of the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            GeometryArg::Vertices => "vertices",
+            GeometryArg::Fitted => "fitted",
+        }
+    }
 }
 
 impl From<GeometryArg> for Geometry {

@@ -2,7 +2,7 @@
 
 use super::WHAT;
 use super::values::{edges, sigma};
-use crate::config::{Params, Sigma};
+use crate::config::Sigma;
 use clap::Args;
 
 /// The voting scale.
@@ -15,18 +15,19 @@ pub(in crate::cli) struct SigmaArgs {
           value_parser = sigma, allow_negative_numbers = true)]
     sigma: Option<f64>,
 
-    /// The same in median edge lengths of the mesh, from 1 to 30. Default: 3.
+    /// The same in median edge lengths of the mesh, from 1 to 30. Default: 3, or that of the preset.
     #[arg(long, value_name = "K", help_heading = WHAT, value_parser = edges, allow_negative_numbers = true)]
     sigma_edges: Option<f64>,
 }
 
 impl SigmaArgs {
-    /// The scale that was asked for.
-    pub fn sigma(&self) -> Sigma {
-        match (self.sigma, self.sigma_edges) {
-            (Some(length), _) => Sigma::Length(length),
-            (None, Some(edges)) => Sigma::Edges(edges),
-            (None, None) => Params::default().sigma,
-        }
+    /// The scale that was asked for, if one was.
+    pub fn given(&self) -> Option<Sigma> {
+        self.sigma.map(Sigma::Length).or(self.sigma_edges.map(Sigma::Edges))
+    }
+
+    /// Whether a scale of 0 was asked for.
+    pub fn is_zero(&self) -> bool {
+        self.given().is_some_and(Sigma::is_zero)
     }
 }

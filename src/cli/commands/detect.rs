@@ -49,7 +49,7 @@ pub(in crate::cli) fn detect(
     targets::check(&files.files, &outputs, |output| args.output.force || begun(output))?;
 
     bus_error::watch(&files.name());
-    let progress = Progress::new(args.progress(), args.show.verbose, allocations);
+    let progress = Progress::new(args.progress(), allocations, limits.memory);
     let parts = outputs.iter().map(|output| part_of(output)).collect();
     let interrupts = Interrupts::watch(&workspace, parts, words)
         .map_err(|e| Failure::new(Exit::Resource, format!("cannot watch for signals: {e}")))?;
@@ -130,7 +130,7 @@ impl Run<'_> {
         let started = Instant::now();
         progress.event(Event::Started { stage, total });
         let Detection { lines, scan, defects, mut work } = found;
-        let lines = lines.with_geometry(args.output.geometry.into());
+        let lines = lines.with_geometry(args.geometry());
         let detail = self.detail();
         let Findings { statistics, histograms, edges, chosen } =
             Findings::of(&lines, scan.median_side, detail.segments)?;
@@ -161,7 +161,8 @@ impl Run<'_> {
             files: &self.files.files,
             converted: input.is_converted(),
             params: &args.params(),
-            geometry: args.output.geometry.into(),
+            preset: args.preset_line(),
+            geometry: args.geometry(),
             limits: self.limits,
             io: args.work.io.name(),
             found: &found,

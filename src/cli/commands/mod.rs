@@ -1,11 +1,15 @@
 //! What the program can do. In: arguments. Out: files, text, and how it ended.
 
 mod clean;
+mod completions;
 mod detect;
 mod diff;
 mod info;
+mod man;
 
 pub(super) use clean::clean;
+pub(super) use completions::completions;
 pub(super) use detect::detect;
 pub(super) use diff::diff;
 pub(super) use info::info;
+pub(super) use man::man;

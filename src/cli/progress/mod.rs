@@ -5,6 +5,7 @@
 
 mod bar;
 mod json;
+mod meter;
 mod plain;
 mod tally;
 
@@ -13,6 +14,7 @@ use super::bus_error;
 use super::memory::{Allocations, MemoryMeter, StageUse};
 use super::text::{counted, grouped};
 use crate::pipeline::{Event, Observer, Silent};
+use meter::Memory;
 use std::io::IsTerminal;
 
 /// Shows progress and watches the memory.
@@ -22,9 +24,10 @@ pub(super) struct Progress {
 }
 
 impl Progress {
-    /// In the form of `kind`; `with_log` if there will be log lines in between.
-    pub fn new(kind: ProgressKind, with_log: bool, allocations: Allocations) -> Progress {
-        Progress { shown: observer(kind, with_log), memory: MemoryMeter::start(allocations) }
+    /// In the form of `kind`, of a run that may allocate so many bytes.
+    pub fn new(kind: ProgressKind, allocations: Allocations, allowed: u64) -> Progress {
+        let memory = Memory { allocations, allowed };
+        Progress { shown: observer(kind, memory), memory: MemoryMeter::start(allocations) }
     }
 
     /// The most anonymous memory that was seen, in bytes.
@@ -62,14 +65,12 @@ fn resumed(done: u64, total: u64) -> String {
     format!("crease: resumed: {} of {} were done", grouped(done), counted(total, "tile", "tiles"))
 }
 
-fn observer(kind: ProgressKind, with_log: bool) -> Box<dyn Observer> {
-    // Lines of the log would tear a bar apart.
-    let bar_fits = std::io::stderr().is_terminal() && !with_log;
+fn observer(kind: ProgressKind, memory: Memory) -> Box<dyn Observer> {
     match kind {
         ProgressKind::None => Box::new(Silent),
-        ProgressKind::Json => Box::new(json::Json::new()),
-        ProgressKind::Bar => Box::new(bar::Bar::new()),
-        ProgressKind::Auto if bar_fits => Box::new(bar::Bar::new()),
-        ProgressKind::Auto | ProgressKind::Plain => Box::new(plain::Plain::new()),
+        ProgressKind::Json => Box::new(json::Json::new(memory)),
+        ProgressKind::Bar => Box::new(bar::Bar::new(memory)),
+        ProgressKind::Auto if std::io::stderr().is_terminal() => Box::new(bar::Bar::new(memory)),
+        ProgressKind::Auto | ProgressKind::Plain => Box::new(plain::Plain::new(memory)),
     }
 }

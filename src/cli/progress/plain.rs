@@ -1,5 +1,6 @@
-//! Progress as lines for a log: one when a stage begins, one when it ends, and one every few seconds.
+//! Progress as lines for a log: one when a stage begins, one when it ends, and one every few seconds, later every minute.
 
+use super::meter::{Memory, rate};
 use super::resumed;
 use super::tally::{Tallies, Tally};
 use crate::cli::console::say;
@@ -8,17 +9,21 @@ use crate::pipeline::{Event, Observer};
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
-/// Rare enough not to fill a log in a run of hours.
-const INTERVAL: Duration = Duration::from_secs(5);
+/// Time between two lines of a stage: five seconds while somebody may be waiting, and a twentieth of the time so far when
+/// nobody is any more, but no more than a minute, so that a log tells a slow run from one that hangs.
+fn interval(elapsed: Duration) -> Duration {
+    (elapsed / 20).clamp(Duration::from_secs(5), Duration::from_secs(60))
+}
 
 /// Writes lines to standard error.
 pub struct Plain {
+    memory: Memory,
     tallies: Mutex<Tallies>,
 }
 
 impl Plain {
-    pub fn new() -> Plain {
-        Plain { tallies: Mutex::new(Tallies::new(INTERVAL)) }
+    pub fn new(memory: Memory) -> Plain {
+        Plain { memory, tallies: Mutex::new(Tallies::new(interval)) }
     }
 }
 
@@ -30,12 +35,12 @@ impl Observer for Plain {
         }
         if let Some(tally) = tallies.take(event) {
             // Still under the lock, so that lines come in the order of what they say.
-            say(&line(event, &tally, tally.started.elapsed()));
+            say(&line(event, &tally, tally.started.elapsed(), &self.memory.text()));
         }
     }
 }
 
-fn line(event: Event, tally: &Tally, elapsed: Duration) -> String {
+fn line(event: Event, tally: &Tally, elapsed: Duration, memory: &str) -> String {
     let (name, unit) = (tally.stage.name(), tally.stage.unit());
     match event {
         Event::Started { total, .. } if total > 0 => {
@@ -49,9 +54,13 @@ fn line(event: Event, tally: &Tally, elapsed: Duration) -> String {
             let left =
                 tally.remaining(elapsed).map_or(String::new(), |t| format!(", about {} left", span(t)));
             let (done, total) = (grouped(tally.done), grouped(tally.total));
+            let rate = rate(unit, tally.done, elapsed);
             // The stage of the tiles counts tiles; saying it twice would not make it clearer.
             let unit = if unit == name { String::new() } else { format!(" {unit}") };
-            format!("crease: {name} {done}/{total}{unit} ({percent:.0} %), {}{left}", span(elapsed))
+            format!(
+                "crease: {name} {done}/{total}{unit} ({percent:.0} %), {}{rate}{left}, {memory}",
+                span(elapsed)
+            )
         }
     }
 }
@@ -63,16 +72,17 @@ mod tests {
 
     #[test]
     fn lines_say_where_the_run_is() {
-        let mut tallies = Tallies::new(Duration::ZERO);
+        let mut tallies = Tallies::new(|_| Duration::ZERO);
+        let elapsed = Duration::from_secs(18);
         let mut say = |event| {
-            let tally = tallies.take(event).expect("a report");
-            line(event, &tally, Duration::from_secs(18))
+            let tally = Tally { moved: elapsed, ..tallies.take(event).expect("a report") };
+            line(event, &tally, elapsed, "30 MB of 1.0 GB")
         };
         let stage = Stage::Tiles;
         assert_eq!(say(Event::Started { stage, total: 40 }), "crease: tiles started, tiles: 40");
         assert_eq!(
             say(Event::Advanced { stage, by: 12 }),
-            "crease: tiles 12/40 (30 %), 18.0 s, about 42.0 s left"
+            "crease: tiles 12/40 (30 %), 18.0 s, 1.50 s each, about 42.0 s left, 30 MB of 1.0 GB"
         );
         assert_eq!(
             say(Event::Finished { stage, wall: Duration::from_secs(61) }),
@@ -82,7 +92,13 @@ mod tests {
         say(Event::Started { stage, total: 5000 });
         assert_eq!(
             say(Event::Advanced { stage, by: 5000 }),
-            "crease: scan 5,000/5,000 faces (100 %), 18.0 s"
+            "crease: scan 5,000/5,000 faces (100 %), 18.0 s, 277.8 faces/s, 30 MB of 1.0 GB"
         );
+    }
+
+    #[test]
+    fn lines_become_rare() {
+        let after = |seconds| interval(Duration::from_secs(seconds)).as_secs();
+        assert_eq!([0, 100, 600, 86_400].map(after), [5, 5, 30, 60]);
     }
 }

@@ -1,5 +1,6 @@
 //! How far a stage is: events in, sums out, no more often than somebody wants to read them.
 
+use super::meter::remaining;
 use crate::pipeline::{Event, Stage};
 use std::time::{Duration, Instant};
 
@@ -14,18 +15,20 @@ pub struct Tally {
     pub total: u64,
     /// When it began.
     pub started: Instant,
+    /// When it last moved, after its start.
+    pub moved: Duration,
     reported: Instant,
 }
 
 /// Sums events up.
 pub struct Tallies {
-    /// Time between two reports of the same stage.
-    interval: Duration,
+    /// Time between two reports of a stage that has run so long.
+    interval: fn(Duration) -> Duration,
     current: Option<Tally>,
 }
 
 impl Tallies {
-    pub fn new(interval: Duration) -> Tallies {
+    pub fn new(interval: fn(Duration) -> Duration) -> Tallies {
         Tallies { interval, current: None }
     }
 
@@ -34,7 +37,8 @@ impl Tallies {
         let now = Instant::now();
         match event {
             Event::Started { stage, total } => {
-                self.current = Some(Tally { stage, done: 0, total, started: now, reported: now });
+                self.current =
+                    Some(Tally { stage, done: 0, total, started: now, moved: Duration::ZERO, reported: now });
                 self.current
             }
             // Comes before the stage does.
@@ -42,7 +46,8 @@ impl Tallies {
             Event::Advanced { stage, by } => {
                 let tally = self.current.as_mut().filter(|tally| tally.stage == stage)?;
                 tally.done += by;
-                if now.duration_since(tally.reported) < self.interval {
+                tally.moved = now.duration_since(tally.started);
+                if now.duration_since(tally.reported) < (self.interval)(tally.moved) {
                     return None;
                 }
                 tally.reported = now;
@@ -59,15 +64,9 @@ impl Tallies {
 }
 
 impl Tally {
-    /// What is left at the speed so far, when that says anything.
+    /// What is left after `elapsed`, where that says anything.
     pub fn remaining(&self, elapsed: Duration) -> Option<Duration> {
-        if self.done == 0 || self.done >= self.total || elapsed < Duration::from_secs(1) {
-            return None;
-        }
-        Duration::try_from_secs_f64(
-            elapsed.as_secs_f64() * (self.total - self.done) as f64 / self.done as f64,
-        )
-        .ok()
+        remaining(self.done, self.total, self.moved, elapsed)
     }
 }
 
@@ -78,24 +77,15 @@ mod tests {
     #[test]
     fn sums_are_reported_at_intervals() {
         let stage = Stage::Tiles;
-        let mut rare = Tallies::new(Duration::from_secs(3600));
+        let mut rare = Tallies::new(|_| Duration::from_secs(3600));
         assert!(rare.take(Event::Advanced { stage, by: 1 }).is_none());
         assert_eq!(rare.take(Event::Started { stage, total: 9 }).expect("a start").done, 0);
         assert!(rare.take(Event::Advanced { stage, by: 2 }).is_none());
         assert!(rare.take(Event::Advanced { stage: Stage::Scan, by: 2 }).is_none());
         let end = rare.take(Event::Finished { stage, wall: Duration::ZERO }).expect("an end");
         assert_eq!((end.done, end.total), (2, 9));
-        let mut often = Tallies::new(Duration::ZERO);
+        let mut often = Tallies::new(|_| Duration::ZERO);
         often.take(Event::Started { stage, total: 9 });
         assert_eq!(often.take(Event::Advanced { stage, by: 3 }).expect("a report").done, 3);
-    }
-
-    #[test]
-    fn what_remains_is_proportional() {
-        let now = Instant::now();
-        let tally = Tally { stage: Stage::Tiles, done: 10, total: 40, started: now, reported: now };
-        assert_eq!(tally.remaining(Duration::from_secs(20)), Some(Duration::from_secs(60)));
-        assert_eq!(Tally { done: 0, ..tally }.remaining(Duration::from_secs(20)), None);
-        assert_eq!(Tally { done: 41, ..tally }.remaining(Duration::from_secs(20)), None);
     }
 }
