@@ -8,6 +8,7 @@ mod compute;
 mod events;
 mod ledger;
 mod order;
+mod outlook;
 mod paper;
 mod pass;
 mod planned;
@@ -17,7 +18,10 @@ mod run;
 mod seams;
 mod sizing;
 mod stop;
+mod tasks;
 
 pub use events::{Event, Observer, Silent, Stage};
+pub use outlook::{Laid, TileOutlook};
 pub use planned::Planned;
 pub use run::{Detection, Job, Work};
+pub use tasks::TileDone;

@@ -17,6 +17,7 @@ use super::stop::{NEVER, Stoppable};
 use crate::config::{Limits, Method, NO_LIMIT, PaperThresholds, Params};
 use crate::error::Error;
 use crate::input::{InputError, MeshSource};
+use crate::mesh::TileId;
 use crate::output::FieldSink;
 use crate::partition::{PaperReach, Pass, Scale, Scan};
 use crate::refine::{Extremes, OmegaRange};
@@ -24,6 +25,7 @@ use crate::spill::{ScratchPlace, point};
 use crate::stitch::{Defects, LineMemory, LineSet, Rules, StitchWork, Stitched, Stitcher, StoredLines};
 use crate::workspace::Workspace;
 use rayon::ThreadPool;
+use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
@@ -77,9 +79,18 @@ pub struct Work {
     pub stages: Vec<(Stage, Duration)>,
 }
 
+impl Work {
+    /// A tile was worked on.
+    pub(super) fn add(&mut self, tile: &TileResult) {
+        self.tiles += 1;
+        self.loaded_faces += tile.loaded_faces;
+        self.owned_faces += tile.owned_faces;
+    }
+}
+
 /// A job over a source. Built once, run once.
 pub struct Job<'a> {
-    source: &'a dyn MeshSource,
+    pub(super) source: &'a dyn MeshSource,
     pub(super) params: Params,
     pub(super) limits: Limits,
     pub(super) observer: &'a dyn Observer,
@@ -87,6 +98,8 @@ pub struct Job<'a> {
     pub(super) stop: &'a AtomicBool,
     pub(super) room: Room,
     pub(super) workspace: Option<Workspace>,
+    /// The tiles that this process is for, if it is one task of many.
+    pub(super) wanted: Option<BTreeSet<TileId>>,
     reach_factor: f64,
     line_memory: LineMemory,
 }
@@ -121,8 +134,20 @@ impl<'a> Job<'a> {
             NO_LIMIT => LineMemory::UNBOUNDED,
             memory => LineMemory::halves(memory / LINE_SHARE),
         };
-        let (stop, workspace, reach_factor) = (&NEVER, None, 1.0);
-        Ok(Job { source, params, limits, observer, pool, stop, room, workspace, reach_factor, line_memory })
+        let (stop, workspace, wanted, reach_factor) = (&NEVER, None, None, 1.0);
+        Ok(Job {
+            source,
+            params,
+            limits,
+            observer,
+            pool,
+            stop,
+            room,
+            workspace,
+            wanted,
+            reach_factor,
+            line_memory,
+        })
     }
 
     /// Chooses where temporary files go, if some are needed; `force` begins even if the disk seems too small. The default
@@ -225,7 +250,11 @@ impl<'a> Job<'a> {
             }
         };
         work.resumed = (ledger.done(Pass::Links).len() as u64, tiles);
-        let started = self.started(Stage::Tiles, work.resumed.0, tiles);
+        let started = match self.is_for_tasks() {
+            // Results of tasks are no more than what they were made for.
+            true => self.started(Stage::Tiles, 0, tiles),
+            false => self.started(Stage::Tiles, work.resumed.0, tiles),
+        };
         let source = (mesh.source(), &planned, &mut ledger);
         let stitcher = self.tiles(source, &extremes, (fields, with_fields), &mut work);
         let stitcher = self.believed(Stage::Tiles, stitcher)?;
@@ -242,7 +271,7 @@ impl<'a> Job<'a> {
     }
 
     /// A stage begins of whose `total` tiles some are done.
-    fn started(&self, stage: Stage, done: u64, total: u64) -> Instant {
+    pub(super) fn started(&self, stage: Stage, done: u64, total: u64) -> Instant {
         if done > 0 {
             self.observer.event(Event::Resumed { stage, done, total });
         }
@@ -262,7 +291,7 @@ impl<'a> Job<'a> {
         Ok(done)
     }
 
-    fn finished(&self, stage: Stage, started: Instant, work: &mut Work) {
+    pub(super) fn finished(&self, stage: Stage, started: Instant, work: &mut Work) {
         let wall = started.elapsed();
         work.stages.push((stage, wall));
         self.observer.event(Event::Finished { stage, wall });
@@ -308,11 +337,9 @@ impl<'a> Job<'a> {
         let compute = |tile: &Admitted| compute(&tile.tile, plan, &self.params, extremes, with_fields);
         let regrown =
             self.over_tiles(mesh, Stage::Tiles, Pass::Links, compute, |taken: Taken<TileResult>| {
-                let Taken { result: tile, whole, kept } = taken;
+                let Taken { result: tile, whole, kept, .. } = taken;
                 if !kept {
-                    work.tiles += 1;
-                    work.loaded_faces += tile.loaded_faces;
-                    work.owned_faces += tile.owned_faces;
+                    work.add(&tile);
                 }
                 if let Some(fields) = &mut fields {
                     fields.take(&tile.fields)?;

@@ -6,6 +6,7 @@ use crate::cli::args::DetectArgs;
 use crate::cli::exit::{Exit, Failure};
 use crate::cli::interrupt::Interrupts;
 use crate::cli::memory::Allocations;
+use crate::cli::planned::PlannedJob;
 use crate::cli::progress::Progress;
 use crate::cli::summary::{Outcome, Written};
 use crate::cli::{bus_error, console, input, memory, targets};
@@ -30,26 +31,65 @@ pub(in crate::cli) fn detect(
     allocations: Allocations,
 ) -> Result<Exit, Failure> {
     console::start_log(args.show.verbose);
+    let files = InputFiles::find(&args.input.names)?;
+    run(args, words, allocations, Origin { files, planned: None })
+}
+
+/// What a run starts from.
+pub(super) struct Origin {
+    /// The input.
+    pub files: InputFiles,
+    /// A job whose tiles are all done; this run does the rest.
+    pub planned: Option<PlannedJob>,
+}
+
+/// The outputs of a run over `files`: the lines first.
+pub(super) fn named_outputs(args: &DetectArgs, files: &InputFiles) -> Vec<PathBuf> {
+    let lines = args.output.lines.clone().unwrap_or_else(|| targets::default_output(files));
+    [Some(lines), args.output.attributes.clone()].into_iter().flatten().collect()
+}
+
+/// Which outputs may be replaced if they exist: what a run had begun to hand over when it was killed may be handed over again.
+pub(super) fn may_replace(args: &DetectArgs, workspace: &Workspace) -> impl Fn(&Path) -> bool {
+    let begun = |output: &Path| targets::place(output).is_some_and(|place| workspace.has_announced(&place));
+    move |output| args.output.force || begun(output)
+}
+
+/// The whole job, or what is left of it.
+///
+/// # Errors
+/// If anything fails; there is no output then.
+pub(super) fn run(
+    args: &DetectArgs,
+    words: &[OsString],
+    allocations: Allocations,
+    origin: Origin,
+) -> Result<Exit, Failure> {
     let started = Instant::now();
     let (params, limits) = (args.params(), args.work.limits());
-    let files = InputFiles::find(&args.input.names)?;
-    let output = args.output.lines.clone().unwrap_or_else(|| targets::default_output(&files));
-    let outputs: Vec<&Path> =
-        [Some(output.as_path()), args.output.attributes.as_deref()].into_iter().flatten().collect();
-    let workspace = args.work.workspace.as_deref().map_or_else(|| Workspace::beside(&output), Workspace::at);
-    // What a run had begun to hand over when it was killed may be handed over again.
-    let begun = |output: &Path| targets::place(output).is_some_and(|place| workspace.has_announced(&place));
-    targets::check(&files.files, &outputs, |output| args.output.force || begun(output))?;
+    let Origin { files, planned } = &origin;
+    let outputs = named_outputs(args, files);
+    let outputs: Vec<&Path> = outputs.iter().map(PathBuf::as_path).collect();
+    let output = outputs[0].to_owned();
+    let workspace = match (planned, &args.work.workspace) {
+        (Some(planned), _) => planned.workspace.clone(),
+        (None, Some(path)) => Workspace::at(path),
+        (None, None) => Workspace::beside(&output),
+    };
+    targets::check(&files.files, &outputs, may_replace(args, &workspace))?;
 
     bus_error::watch(&files.name());
     let progress = Progress::new(args.progress(), args.show.verbose, allocations);
     let parts = outputs.iter().map(|output| part_of(output)).collect();
     let interrupts = Interrupts::watch(&workspace, parts, words)
         .map_err(|e| Failure::new(Exit::Resource, format!("cannot watch for signals: {e}")))?;
-    let name = files.name();
+    let name = planned.as_ref().map_or_else(|| files.name(), |planned| planned.record.name.path());
     let run = Run { args, input: &name, output: &output, workspace: &workspace, progress: &progress };
     // Whatever is made of the input goes to the workspace as well.
-    let opened = input::open(&files, args.input.weld, &workspace.scratch(), &limits, &progress);
+    let opened = match planned {
+        Some(planned) => planned.input(args),
+        None => input::open(files, args.input.weld, &workspace.scratch(), &limits, &progress),
+    };
     let input = match opened {
         Ok(input) => input,
         Err(failure) => {
@@ -57,7 +97,7 @@ pub(in crate::cli) fn detect(
             return Err(run.left_behind(failure, false));
         }
     };
-    let sieve = args.bad.sieve(input.mesh())?;
+    let sieve = input.sieve(&args.bad)?;
     let source: &dyn MeshSource = sieve.as_ref().map_or(input.mesh(), |sieve| sieve);
     let mut found = match run.all(source, &interrupts) {
         Ok(found) => found,
@@ -72,7 +112,12 @@ pub(in crate::cli) fn detect(
     // A mesh that was made of the input goes before the workspace does that it lies in.
     drop(sieve);
     drop(input);
-    let concluded = if args.keep_workspace { workspace.conclude() } else { workspace.remove() };
+    let concluded = match planned {
+        // The tasks of a job end when their scheduler says so, and whoever runs this one again must find what it has done.
+        Some(planned) => planned.note_written(&outputs).and_then(|()| workspace.conclude()),
+        None if args.keep_workspace => workspace.conclude(),
+        None => workspace.remove(),
+    };
     if let Err(error) = concluded {
         tracing::warn!("{error}");
     }

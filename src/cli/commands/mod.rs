@@ -4,8 +4,16 @@ mod clean;
 mod detect;
 mod diff;
 mod info;
+mod plan;
+mod status;
+mod stitch;
+mod tile;
 
 pub(super) use clean::clean;
 pub(super) use detect::detect;
 pub(super) use diff::diff;
 pub(super) use info::info;
+pub(super) use plan::plan;
+pub(super) use status::status;
+pub(super) use stitch::stitch;
+pub(super) use tile::tile;
