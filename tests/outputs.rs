@@ -1,10 +1,10 @@
 //! Every output says the same: formats for lines agree with the PLY file, the annotated mesh is the mesh, all of them have the
 //! same bytes under any tiling, and all of them appear or none.
 
-#[allow(dead_code, reason = "other tests use more of it")]
-mod support;
 #[path = "support/read_lines.rs"]
 mod read_lines;
+#[allow(dead_code, reason = "other tests use more of it")]
+mod support;
 
 use crease::glam::DVec3;
 use crease::input::{IoMode, PlySource};
@@ -101,7 +101,10 @@ fn every_format_says_what_ply_says() {
         let vertices = &read_lines::ply(&place.path("lines.ply"))["vertex"];
         let (_, points) = read_lines::vtp(&place.read("lines.vtp"));
         for name in ["saliency", "angle", "class", "bend", "source"] {
-            assert_eq!(points.get(name).cloned().unwrap_or_default(), vertices.get(name).cloned().unwrap_or_default());
+            assert_eq!(
+                points.get(name).cloned().unwrap_or_default(),
+                vertices.get(name).cloned().unwrap_or_default()
+            );
         }
     }
     // All that there is was there to be compared.
@@ -143,7 +146,10 @@ fn a_geopackage_is_one() {
         ("PRAGMA user_version", 10300.into()),
         ("SELECT count(*) FROM pragma_foreign_key_check", 0.into()),
         ("SELECT count(*) FROM gpkg_spatial_ref_sys WHERE srs_id IN (-1, 0, 4326, 28992)", 4.into()),
-        ("SELECT organization || organization_coordsys_id FROM gpkg_spatial_ref_sys WHERE srs_id = 28992", "EPSG28992".to_owned().into()),
+        (
+            "SELECT organization || organization_coordsys_id FROM gpkg_spatial_ref_sys WHERE srs_id = 28992",
+            "EPSG28992".to_owned().into(),
+        ),
         ("SELECT rtreecheck('rtree_creases_geom')", "ok".to_owned().into()),
         ("SELECT count(*) FROM rtree_creases_geom", (lines.len() as i64).into()),
         ("SELECT count(*) FROM sqlite_master WHERE type = 'trigger'", 6.into()),
@@ -152,9 +158,8 @@ fn a_geopackage_is_one() {
         assert_eq!(one(sql), expected, "{sql}");
     }
     let points = || lines.iter().flat_map(|line| &line.points);
-    let [low, high] = [f64::min, f64::max].map(|pick| {
-        points().fold([f64::NAN; 2], |[x, y], p| [pick(x, p.x), pick(y, p.y)])
-    });
+    let [low, high] = [f64::min, f64::max]
+        .map(|pick| points().fold([f64::NAN; 2], |[x, y], p| [pick(x, p.x), pick(y, p.y)]));
     for (name, expected) in [("min_x", low[0]), ("min_y", low[1]), ("max_x", high[0]), ("max_y", high[1])] {
         assert_eq!(one(&format!("SELECT {name} FROM gpkg_contents")), expected.into(), "{name}");
     }
@@ -172,7 +177,9 @@ fn a_geopackage_is_one() {
 #[test]
 fn tiles_do_not_show_in_any_output() {
     let place = with("city");
-    let words = |name: &str| format!("{} --annotate {name}.mesh.ply --attributes {name}.table.ply", all_formats(name));
+    let words = |name: &str| {
+        format!("{} --annotate {name}.mesh.ply --attributes {name}.table.ply", all_formats(name))
+    };
     let common = "detect mesh.ply --quiet --boundaries --crs EPSG:25832";
     place.does(&format!("{common} --in-core --threads 1 {}", words("whole")));
     for (name, options) in [
@@ -234,7 +241,8 @@ fn the_annotated_mesh_is_the_mesh() {
     assert!(out == place.read("out2.ply"), "tiles show");
     let added = "property double saliency\r\nproperty uchar class\r\nproperty int line\r\n";
     let behind = "property double z\r\n";
-    let at = mesh.windows(behind.len()).position(|w| w == behind.as_bytes()).expect("it is there") + behind.len();
+    let at =
+        mesh.windows(behind.len()).position(|w| w == behind.as_bytes()).expect("it is there") + behind.len();
     let lines = read_lines::ply_lines(&place.path("lines.ply"));
     assert!(!lines.is_empty());
     let table = support::read_vertices(&place.path("table.ply"));
@@ -252,7 +260,9 @@ fn the_annotated_mesh_is_the_mesh() {
     // It is a mesh like any other, and says so only once.
     place.does("detect out.ply --quiet -o again.ply");
     assert!(place.read("again.ply") == place.read("lines.ply"));
-    place.run("detect out.ply -o no.ply --annotate no.mesh.ply").refused(2, &["out.ply", "`saliency`", "rename"]);
+    place
+        .run("detect out.ply -o no.ply --annotate no.mesh.ply")
+        .refused(2, &["out.ply", "`saliency`", "rename"]);
     assert!(!place.names().iter().any(|name| name.starts_with("no.")), "{:?}", place.names());
 }
 
@@ -276,7 +286,9 @@ fn a_converted_mesh_is_annotated_as_converted() {
     let mesh = Mesh::roof(24);
     let place = Place::new();
     let mut obj = String::from("# a comment that is lost\n");
-    mesh.positions.iter().for_each(|p| obj.push_str(&format!("v {:?} {:?} {:?} 0.5 0.5 0.5\n", p.x, p.y, p.z)));
+    mesh.positions
+        .iter()
+        .for_each(|p| obj.push_str(&format!("v {:?} {:?} {:?} 0.5 0.5 0.5\n", p.x, p.y, p.z)));
     mesh.faces.iter().for_each(|f| obj.push_str(&format!("f {} {} {}\n", f[0] + 1, f[1] + 1, f[2] + 1)));
     place.write("roof.obj", obj.as_bytes());
     place.does("detect roof.obj --quiet --annotate out.ply");
@@ -344,7 +356,9 @@ fn what_cannot_be_written_is_refused_by_name() {
     ] {
         place.run(&format!("detect mesh.ply --progress none {words}")).refused(2, parts);
     }
-    for (crs, part) in [("28992", "EPSG:28992"), ("EPSG:1", "EPSG:1 is not among"), ("EPSG:4978", "geocentric")] {
+    for (crs, part) in
+        [("28992", "EPSG:28992"), ("EPSG:1", "EPSG:1 is not among"), ("EPSG:4978", "geocentric")]
+    {
         place.run(&format!("detect mesh.ply -o a.gpkg --crs {crs}")).refused(2, &["--crs", part]);
     }
     assert_eq!(place.names(), ["mesh.ply", "old.dxf"]);

@@ -29,6 +29,8 @@ pub enum Exit {
     Resource,
     /// The workspace is damaged or belongs to another job.
     Workspace,
+    /// Something is missing that other tasks have to do first.
+    Incomplete,
     /// Stopped from outside.
     Interrupted,
 }
@@ -44,6 +46,7 @@ impl Exit {
             Exit::BadInput => 3,
             Exit::Resource => 4,
             Exit::Workspace => 5,
+            Exit::Incomplete => 6,
             // What shells report for a process that an interrupt has ended.
             Exit::Interrupted => 130,
         }
@@ -135,7 +138,9 @@ impl From<WorkspaceError> for Failure {
                 format!("{error}; make room and give the same command again: it goes on where it stopped"),
             ),
             WorkspaceError::Io { .. } => Failure::new(Exit::Resource, error.to_string()),
-            WorkspaceError::Foreign { .. } => Failure::new(Exit::Usage, error.to_string()),
+            WorkspaceError::Foreign { .. } | WorkspaceError::OneProcess => {
+                Failure::new(Exit::Usage, error.to_string())
+            }
             _ => Failure::new(Exit::Workspace, error.to_string()),
         }
     }
@@ -164,7 +169,8 @@ mod tests {
     fn numbers_do_not_change() {
         let exits = [Exit::Done, Exit::Different, Exit::Internal, Exit::Usage, Exit::BadInput];
         assert_eq!(exits.map(Exit::code), [0, 1, 1, 2, 3]);
-        assert_eq!([Exit::Resource, Exit::Workspace, Exit::Interrupted].map(Exit::code), [4, 5, 130]);
+        assert_eq!([Exit::Resource, Exit::Workspace, Exit::Incomplete].map(Exit::code), [4, 5, 6]);
+        assert_eq!(Exit::Interrupted.code(), 130);
     }
 
     #[test]

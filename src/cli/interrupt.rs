@@ -111,13 +111,15 @@ impl Shared {
         }
         let kept = self.workspace.is_worth_keeping();
         self.report();
+        if kept {
+            // First, so that no part is made after it was removed.
+            self.workspace.freeze(LAST_WRITE);
+        }
         for part in &self.parts {
             // Most of them are not there.
             let _ = fs::remove_file(part);
         }
-        if kept {
-            self.workspace.freeze(LAST_WRITE);
-        } else {
+        if !kept {
             let workspace = self.workspace.clone();
             // What is not removed in time, the next run or `crease clean` removes.
             let removal = std::thread::Builder::new().spawn(move || workspace.remove());

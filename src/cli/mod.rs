@@ -4,7 +4,8 @@
 //! and errors go to standard error, so that either can be redirected alone. An error is one line.
 //!
 //! ```text
-//!  args ──> commands: detect, info, diff, clean, completions, man ──> text on stdout
+//!  args ──> commands: detect, info, diff, clean, completions, man; ──> text on stdout
+//!             │     plan, tile, stitch, status
 //!             │  targets, outcome, summary, records
 //!             └──> progress, memory, interrupt ──> stderr
 //! ```
@@ -23,6 +24,8 @@ mod memory;
 mod memory_limit;
 mod outcome;
 mod outputs;
+mod plan_json;
+mod planned;
 mod progress;
 mod records;
 mod summary;
@@ -49,13 +52,17 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>, allocations: Allocatio
         Err(refusal) => return console::answer(&refusal),
     };
     // The hook has said by then what happened and where.
-    let outcome = catch_unwind(AssertUnwindSafe(|| match &cli.command {
-        Command::Detect(args) => commands::detect(args, &words, allocations),
-        Command::Info(args) => commands::info(args, &words, allocations),
-        Command::Diff(args) => commands::diff(args),
-        Command::Clean(args) => commands::clean(args),
-        Command::Completions(args) => commands::completions(args),
-        Command::Man(args) => commands::man(args),
+    let outcome = catch_unwind(AssertUnwindSafe(|| match cli.command {
+        Command::Detect(args) => commands::detect(&args, &words, allocations),
+        Command::Info(args) => commands::info(&args, &words, allocations),
+        Command::Diff(args) => commands::diff(&args),
+        Command::Clean(args) => commands::clean(&args),
+        Command::Plan(args) => commands::plan(&args, &words, allocations),
+        Command::Tile(args) => commands::tile(&args, &words, allocations),
+        Command::Stitch(args) => commands::stitch(args, &words, allocations),
+        Command::Status(args) => commands::status(&args),
+        Command::Completions(args) => commands::completions(&args),
+        Command::Man(args) => commands::man(&args),
     }))
     .unwrap_or(Err(Failure::new(Exit::Internal, "stopped by a bug")));
     outcome.unwrap_or_else(|failure| {

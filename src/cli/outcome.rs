@@ -9,7 +9,7 @@ use crate::input::LeftOut;
 use crate::pipeline::Detection;
 use crate::report::{
     CLASSES, ClassCount, Defects, Found, Histograms, InEffect, Input, InputFile, Mesh, Output, Parameters,
-    Program, Report, SCHEMA, Stage, Thresholds, Work, is_crease,
+    Program, Report, SCHEMA, Stage, Thresholds, Waits, Work, is_crease,
 };
 use crate::stitch::{Class, Geometry, Statistics};
 use std::ffi::OsString;
@@ -213,6 +213,13 @@ impl Outcome<'_> {
             peak_allocated_bytes: used.allocated,
             peak_resident_bytes: used.peak,
             peak_anonymous_bytes: used.anonymous,
+            waits: Waits {
+                for_memory_seconds: seconds(work.waits.for_memory),
+                for_workers_seconds: seconds(work.waits.for_workers),
+                for_tiles_seconds: seconds(work.waits.for_tiles),
+                for_committer_seconds: seconds(work.waits.for_committer),
+                queue_fill: (work.waits.taken > 0).then(|| work.waits.ready as f64 / work.waits.taken as f64),
+            },
             stages: work.stages.iter().enumerate().map(stage).collect(),
         }
     }

@@ -6,7 +6,7 @@ use super::text::{
     bytes, counted, decimals_for, entry, grouped, measure, percent, span, table, with_decimals,
 };
 use crate::input::LeftOut;
-use crate::report::{Defects, Report, Stage, Thresholds};
+use crate::report::{Defects, Report, Stage, Thresholds, Work};
 use std::fmt;
 use std::time::Duration;
 
@@ -155,6 +155,7 @@ impl Summary<'_> {
                 &format!("at most {most} at a time{}", reasons.collect::<String>()),
             ))?;
         }
+        self.waits(f)?;
         f.write_str(&entry("threads", &format!("{}, io {}", grouped(limits.threads), limits.io)))?;
         f.write_str(&entry("wall time", &seconds(work.wall_seconds)))?;
         f.write_str(&entry("CPU time", &work.cpu_seconds.map_or_else(not_available, seconds)))?;
@@ -166,6 +167,24 @@ impl Summary<'_> {
         let allocated = bytes(work.peak_allocated_bytes);
         f.write_str(&entry("peak memory", &format!("{allocated}{allowed} allocated; resident {peak}{own}")))?;
         self.stages(f)
+    }
+
+    /// Who waited for whom; with one tile everybody does.
+    fn waits(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Work { waits, tiles, .. } = &self.0.work;
+        match waits.queue_fill {
+            Some(fill) if *tiles > 1 => f.write_str(&entry(
+                "waiting",
+                &format!(
+                    "loading {} for memory, {} for workers; two workers {} for tiles; queue filled {:.0} %",
+                    seconds(waits.for_memory_seconds),
+                    seconds(waits.for_workers_seconds),
+                    seconds(waits.for_tiles_seconds),
+                    100.0 * fill
+                ),
+            )),
+            _ => Ok(()),
+        }
     }
 
     fn stages(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

@@ -152,6 +152,11 @@ impl ByteSource {
         self.len
     }
 
+    /// When the file was last written before it was opened: seconds and nanoseconds since 1970.
+    pub fn modified(&self) -> (i64, i64) {
+        self.identity.modified
+    }
+
     /// Whether the file has no bytes.
     pub fn is_empty(&self) -> bool {
         self.len == 0

@@ -33,7 +33,7 @@ pub use map::{exit_on_bus_error, say_on_bus_error};
 pub use memory::MemorySource;
 pub use open::{Input, OpenOptions, bytes_to_convert, open_input};
 pub use ply::PlySource;
-pub use sieve::{LARGEST_COORDINATE, LeftOut, Sieve, is_usable};
+pub use sieve::{Decided, LARGEST_COORDINATE, LeftOut, Sieve, is_usable};
 pub use stream::Packing;
 
 use crate::mesh::{FaceId, VertexId};

@@ -59,6 +59,23 @@ impl Input {
         self.temporary.is_some()
     }
 
+    /// A mesh that was opened otherwise.
+    pub fn of(mesh: PlySource) -> Input {
+        Input { mesh, files: Vec::new(), temporary: None }
+    }
+
+    /// The mesh, if it is the file that was given; `None` if it lies in a temporary file, which stays behind as `path`, on the
+    /// same disk.
+    ///
+    /// # Errors
+    /// If the system refuses.
+    pub fn keep(self, path: &Path) -> Result<Option<PlySource>, InputError> {
+        match self.temporary {
+            None => Ok(Some(self.mesh)),
+            Some(temporary) => Ok(temporary.keep(path).map(|()| None)?),
+        }
+    }
+
     /// Bytes of temporary files: that there are, and the most that there were at a time.
     pub fn temporary_bytes(&self) -> (u64, u64) {
         self.temporary.as_ref().map_or((0, 0), |file| (file.dir().bytes(), file.dir().peak_bytes()))

@@ -10,6 +10,8 @@ use super::{FaceBlock, InputError, MeshSource};
 use crate::mesh::{FaceId, VertexId};
 use glam::DVec3;
 use roaring::RoaringTreemap;
+use serde::{Deserialize, Serialize};
+use std::sync::Arc;
 
 /// Products of four coordinates must stay finite; nothing that is measured in any unit comes near.
 pub const LARGEST_COORDINATE: f64 = 1e75;
@@ -24,7 +26,7 @@ pub fn is_usable(p: DVec3) -> bool {
 }
 
 /// What was left out.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct LeftOut {
     /// Faces that name a vertex that does not exist.
     pub missing: u64,
@@ -37,6 +39,12 @@ pub struct LeftOut {
 /// A source without faces that cannot be used.
 pub struct Sieve<'a> {
     source: &'a dyn MeshSource,
+    decided: Arc<Decided>,
+}
+
+/// What a sieve has decided, for other processes.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Decided {
     /// Vertices whose coordinates cannot be used.
     unusable: RoaringTreemap,
     /// Id of the first face of each block, and the number of all faces behind the last.
@@ -53,35 +61,52 @@ impl<'a> Sieve<'a> {
     pub fn new(source: &'a dyn MeshSource) -> Result<Sieve<'a>, InputError> {
         let unusable = unusable_vertices(source)?;
         let left_out = LeftOut { vertices: unusable.len(), ..LeftOut::default() };
-        let mut sieve = Sieve { source, unusable, firsts: vec![0], left_out };
+        let mut decided = Decided { unusable, firsts: vec![0], left_out };
         let (mut block, mut faces) = (FaceBlock::default(), 0);
         for index in 0..source.block_count() {
-            let (missing, unusable) = sieve.sift(index, &mut block)?;
-            sieve.left_out.missing += missing;
-            sieve.left_out.unusable += unusable;
+            let (missing, unusable) = decided.sift(source, index, &mut block)?;
+            decided.left_out.missing += missing;
+            decided.left_out.unusable += unusable;
             faces += block.corners.len() as u64;
-            sieve.firsts.push(faces);
+            decided.firsts.push(faces);
         }
         if faces == 0 {
-            let LeftOut { missing, unusable, .. } = sieve.left_out;
+            let LeftOut { missing, unusable, .. } = decided.left_out;
             let reason = format!(
                 "no face can be used: {missing} name vertices that do not exist, {unusable} have coordinates that are not \
                  finite; export the mesh again"
             );
             return Err(InputError::Format { path: source.name().into(), reason });
         }
-        Ok(sieve)
+        Ok(Sieve::again(source, Arc::new(decided)))
+    }
+
+    /// The sieve over `source` that has `decided` so before.
+    pub fn again(source: &'a dyn MeshSource, decided: Arc<Decided>) -> Sieve<'a> {
+        Sieve { source, decided }
+    }
+
+    /// What it has decided.
+    pub fn decided(&self) -> Arc<Decided> {
+        Arc::clone(&self.decided)
     }
 
     /// What was left out.
     pub fn left_out(&self) -> LeftOut {
-        self.left_out
+        self.decided.left_out
     }
+}
 
+impl Decided {
     /// Reads a block without the faces that cannot be used, and says how many those were: of vertices that do not exist,
     /// and of coordinates that cannot be used.
-    fn sift(&self, block: usize, out: &mut FaceBlock) -> Result<(u64, u64), InputError> {
-        let missing = self.source.read_existing(block, out)?;
+    fn sift(
+        &self,
+        source: &dyn MeshSource,
+        block: usize,
+        out: &mut FaceBlock,
+    ) -> Result<(u64, u64), InputError> {
+        let missing = source.read_existing(block, out)?;
         let before = out.corners.len();
         if !self.unusable.is_empty() {
             out.corners.retain(|corners| corners.iter().all(|id| !self.unusable.contains(id.0)));
@@ -120,7 +145,7 @@ impl MeshSource for Sieve<'_> {
     }
 
     fn face_count(&self) -> u64 {
-        self.firsts.last().copied().unwrap_or(0)
+        self.decided.firsts.last().copied().unwrap_or(0)
     }
 
     fn block_count(&self) -> usize {
@@ -128,10 +153,10 @@ impl MeshSource for Sieve<'_> {
     }
 
     fn read_block(&self, block: usize, out: &mut FaceBlock) -> Result<(), InputError> {
-        self.sift(block, out)?;
+        self.decided.sift(self.source, block, out)?;
         out.ids.clear();
         // A block that the source does not have was refused by it.
-        out.first = FaceId(self.firsts.get(block).copied().unwrap_or(0));
+        out.first = FaceId(self.decided.firsts.get(block).copied().unwrap_or(0));
         Ok(())
     }
 

@@ -15,7 +15,7 @@ use crate::input::MeshSource;
 use crate::mesh::TileId;
 use crate::partition::{Cell, LoadError, Plan};
 use rayon::ThreadPool;
-use std::collections::{BTreeSet, VecDeque};
+use std::collections::VecDeque;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 /// A tile that may be worked on.
@@ -70,9 +70,9 @@ impl<'a, 'b> Admission<'a, 'b> {
         Admission { source, plan, halo, budget, waiting_for_memory, pool, waiting, pieces, rounds }
     }
 
-    /// The same, but for cells that are done.
-    pub fn without(mut self, done: &BTreeSet<TileId>) -> Admission<'a, 'b> {
-        self.waiting.retain(|(id, _)| !done.contains(id));
+    /// The same, but only those of which `to_do` says so.
+    pub fn only(mut self, to_do: impl Fn(TileId) -> bool) -> Admission<'a, 'b> {
+        self.waiting.retain(|(id, _)| to_do(*id));
         self
     }
 

@@ -18,6 +18,8 @@ pub(super) struct Ledger {
     places: Vec<Place>,
     /// How many pieces of a cell were kept in this run.
     pieces: BTreeMap<(u8, u32), u32>,
+    /// The tiles that this process is for; all, if nothing is said.
+    wanted: Option<BTreeSet<TileId>>,
 }
 
 /// The number of a pass in the workspace.
@@ -30,10 +32,24 @@ fn number(pass: Pass) -> u8 {
 }
 
 impl Ledger {
-    /// With what `workspace` holds of the job that was begun there.
-    pub fn open(workspace: Option<&Workspace>) -> Result<Ledger, Error> {
-        let places = workspace.map_or_else(|| Ok(Vec::new()), Workspace::results)?;
-        Ok(Ledger { workspace: workspace.cloned(), places, pieces: BTreeMap::new() })
+    /// With what `workspace` holds of the job that was begun there, which has so many tiles.
+    pub fn open(workspace: Option<&Workspace>, tiles: usize) -> Result<Ledger, Error> {
+        let all: Vec<u32> = (0..).take(tiles).collect();
+        let places = workspace.map_or_else(|| Ok(Vec::new()), |workspace| workspace.results(&all))?;
+        Ok(Ledger { workspace: workspace.cloned(), places, pieces: BTreeMap::new(), wanted: None })
+    }
+
+    /// For the tiles of `wanted` and no others, which are done whether they were before or not.
+    pub fn of(workspace: &Workspace, wanted: &BTreeSet<TileId>) -> Result<Ledger, Error> {
+        workspace.write_files()?;
+        let (places, pieces) = (Vec::new(), BTreeMap::new());
+        Ok(Ledger { workspace: Some(workspace.clone()), places, pieces, wanted: Some(wanted.clone()) })
+    }
+
+    /// The tiles that are to be done in `pass`.
+    pub fn to_do(&self, pass: Pass) -> impl Fn(TileId) -> bool {
+        let done = self.done(pass);
+        move |tile| !done.contains(&tile) && self.wanted.as_ref().is_none_or(|wanted| wanted.contains(&tile))
     }
 
     fn places(&self, pass: Pass) -> impl Iterator<Item = &Place> {
@@ -45,16 +61,15 @@ impl Ledger {
         self.places(pass).map(|place| TileId(place.label.cell)).collect()
     }
 
-    /// Hands over all results of an earlier run, each with the cell that it was the last of, if it was.
+    /// Hands over all results of an earlier run, each with its cell and whether it was the last of it.
     pub fn replay<T: DeserializeOwned>(
         &self,
         pass: Pass,
-        mut take: impl FnMut(T, Option<TileId>) -> Result<(), Error>,
+        mut take: impl FnMut(T, TileId, bool) -> Result<(), Error>,
     ) -> Result<(), Error> {
         let Some(workspace) = &self.workspace else { return Ok(()) };
         for place in self.places(pass) {
-            let cell = place.label.last.then_some(TileId(place.label.cell));
-            take(workspace.result(place)?, cell)?;
+            take(workspace.result(place)?, TileId(place.label.cell), place.label.last)?;
         }
         Ok(())
     }

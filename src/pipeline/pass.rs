@@ -32,6 +32,8 @@ const WORKERS: usize = 2;
 pub(super) struct Taken<T> {
     /// The result.
     pub result: T,
+    /// The cell that it is of.
+    pub cell: TileId,
     /// The cell that has come to its end with it, if one has.
     pub whole: Option<TileId>,
     /// Whether it was kept by an earlier run.
@@ -57,9 +59,15 @@ impl Job<'_> {
         compute: impl Fn(&Admitted) -> T + Sync,
         mut take: impl FnMut(Taken<T>) -> Result<(), Error>,
     ) -> Result<Passed, Error> {
-        ledger.replay(pass, |result, whole| {
+        ledger.replay(pass, |result, cell, last| {
+            let whole = last.then_some(cell);
             go_on(self.stop)?;
-            take(Taken { result, whole, kept: true })
+            take(Taken { result, cell, whole, kept: true })?;
+            if self.is_for_tasks() {
+                // To put them together is what there is to do.
+                self.observer.event(Event::Advanced { stage, by: u64::from(whole.is_some()) });
+            }
+            Ok(())
         })?;
         let source = Stoppable { source, stop: self.stop };
         let plan = &planned.plan;
@@ -69,7 +77,7 @@ impl Job<'_> {
         let clocks = Clocks::default();
         let memory = (&budget, &clocks.memory);
         let admission = Admission::new(&source, plan, &halo, memory, &self.pool, &pieces, planned.rounds)
-            .without(&ledger.done(pass));
+            .only(ledger.to_do(pass));
         let (to_workers, from_loader) = bounded::<Box<Admitted>>(WAITING_TILES);
         let (to_committer, results) = bounded::<Outcome<T>>(WAITING_TILES);
         let mut regrown = 0;
@@ -89,7 +97,7 @@ impl Job<'_> {
                 point("tile-computed");
                 ledger.keep(pass, done.id, rest == 0, &done.result)?;
                 let whole = (rest == 0).then_some(done.id);
-                take(Taken { result: done.result, whole, kept: false })?;
+                take(Taken { result: done.result, cell: done.id, whole, kept: false })?;
                 self.observer.event(Event::Advanced { stage, by: 1 });
                 go_on(self.stop)
             });

@@ -55,6 +55,7 @@ impl Job<'_> {
             Some(workspace) if workspace.enter()? => workspace.job()?,
             _ => None,
         };
+        self.suits_tasks()?;
         if let Some(job) = &recorded {
             self.same_job(&job.identity, &now)?;
             // Tiles to come are recorded as those that are there.
@@ -85,12 +86,20 @@ impl Job<'_> {
         mut now: Identity,
         work: &mut Work,
     ) -> Result<Prepared<'s>, Error> {
-        now.input.content = Some(self.timed(Stage::Scan, work, || {
-            let progress = self.looks_at_faces(source);
-            Ok(self.pool.install(|| content(source, &progress))?)
-        })?);
-        self.same_job(&job.identity, &now)?;
+        let tasks = self.is_for_tasks();
+        if !tasks {
+            // Where there are many tasks, none reads the whole mesh: length and time of the file were compared when it was
+            // opened, and blocks in spatial order are checked one by one.
+            now.input.content = Some(self.timed(Stage::Scan, work, || {
+                let progress = self.looks_at_faces(source);
+                Ok(self.pool.install(|| content(source, &progress))?)
+            })?);
+            self.same_job(&job.identity, &now)?;
+        }
         let mesh = match (std::mem::replace(&mut job.mesh, MeshRecord::File), &self.workspace) {
+            (MeshRecord::Sorted(table), Some(workspace)) if tasks => {
+                Mesh::Sorted(SpatialStore::reopen_unread(source, &workspace.sorted(), table)?)
+            }
             (MeshRecord::Sorted(table), Some(workspace)) => {
                 match self.pool.install(|| SpatialStore::reopen(source, &workspace.sorted(), table)) {
                     Ok(store) => Mesh::Sorted(store),
@@ -110,7 +119,7 @@ impl Job<'_> {
         plan.cells = job.cells;
         let halo = self.halo(&plan.scale, Pass::Links);
         let planned = self.pool.install(|| Planned::again(job.scan, plan, job.rounds, &self.limits, halo))?;
-        let ledger = Ledger::open(self.workspace.as_ref())?;
+        let ledger = self.ledger(self.workspace.as_ref(), &planned)?;
         Ok(Prepared { mesh, planned, ledger, fields: now.fields })
     }
 
@@ -145,9 +154,12 @@ impl Job<'_> {
             planned.plan.cells.clone_from(&job.cells);
             planned.rounds = job.rounds;
         }
-        work.rewritten = rewriter.sorts(&rewrite, &planned.scan, &planned.plan);
-        // A single tile is either done or not: there is nothing to go on with.
-        let workspace = self.workspace.as_ref().filter(|_| planned.plan.cells.len() > 1);
+        // A joined mesh is not kept; other tasks can use a sorted one only.
+        work.rewritten = rewriter.sorts(&rewrite, &planned.scan, &planned.plan)
+            || (self.is_for_tasks() && joined.is_some());
+        // A single tile is either done or not: there is nothing to go on with, unless another process is to do it.
+        let workspace =
+            self.workspace.as_ref().filter(|_| planned.plan.cells.len() > 1 || self.is_for_tasks());
         let (mesh, record) = match (work.rewritten, joined) {
             (true, joined) => {
                 let mut store =
@@ -171,7 +183,16 @@ impl Job<'_> {
         if let Some(workspace) = workspace {
             record_job(workspace, begun.map(|job| job.identity), now, &mut planned, record)?;
         }
-        Ok(Prepared { mesh, planned, ledger: Ledger::open(workspace)?, fields })
+        let ledger = self.ledger(workspace, &planned)?;
+        Ok(Prepared { mesh, planned, ledger, fields })
+    }
+
+    /// What there is of the tiles that this process is for.
+    fn ledger(&self, workspace: Option<&Workspace>, planned: &Planned) -> Result<Ledger, Error> {
+        match (workspace, &self.wanted) {
+            (Some(workspace), Some(wanted)) => Ledger::of(workspace, wanted),
+            _ => self.pool.install(|| Ledger::open(workspace, planned.plan.cells.len())),
+        }
     }
 }
 

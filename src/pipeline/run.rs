@@ -18,6 +18,7 @@ use super::waits::Waits;
 use crate::config::{Limits, Method, NO_LIMIT, PaperThresholds, Params};
 use crate::error::Error;
 use crate::input::{InputError, MeshSource};
+use crate::mesh::TileId;
 use crate::output::FieldSink;
 use crate::partition::{PaperReach, Pass, Scale, Scan};
 use crate::refine::{Extremes, OmegaRange};
@@ -25,6 +26,7 @@ use crate::spill::{ScratchPlace, point};
 use crate::stitch::{Defects, LineMemory, LineSet, Rules, StitchWork, Stitched, Stitcher, StoredLines};
 use crate::workspace::Workspace;
 use rayon::ThreadPool;
+use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
@@ -81,9 +83,17 @@ pub struct Work {
 }
 
 impl Work {
-    fn add(&mut self, pass: Passed) {
+    /// A pass is over.
+    pub(super) fn add_pass(&mut self, pass: Passed) {
         self.regrown += pass.regrown;
         self.waits += pass.waits;
+    }
+
+    /// A tile was worked on.
+    pub(super) fn add(&mut self, tile: &TileResult) {
+        self.tiles += 1;
+        self.loaded_faces += tile.loaded_faces;
+        self.owned_faces += tile.owned_faces;
     }
 }
 
@@ -97,6 +107,8 @@ pub struct Job<'a> {
     pub(super) stop: &'a AtomicBool,
     pub(super) room: Room,
     pub(super) workspace: Option<Workspace>,
+    /// The tiles that this process is for, if it is one task of many.
+    pub(super) wanted: Option<BTreeSet<TileId>>,
     reach_factor: f64,
     line_memory: LineMemory,
 }
@@ -136,8 +148,20 @@ impl<'a> Job<'a> {
                 last: memory / 4 * 3,
             },
         };
-        let (stop, workspace, reach_factor) = (&NEVER, None, 1.0);
-        Ok(Job { source, params, limits, observer, pool, stop, room, workspace, reach_factor, line_memory })
+        let (stop, workspace, wanted, reach_factor) = (&NEVER, None, None, 1.0);
+        Ok(Job {
+            source,
+            params,
+            limits,
+            observer,
+            pool,
+            stop,
+            room,
+            workspace,
+            wanted,
+            reach_factor,
+            line_memory,
+        })
     }
 
     /// Chooses where temporary files go, if some are needed; `force` begins even if the disk seems too small. The default
@@ -240,7 +264,11 @@ impl<'a> Job<'a> {
             }
         };
         work.resumed = (ledger.done(Pass::Links).len() as u64, tiles);
-        let started = self.started(Stage::Tiles, work.resumed.0, tiles);
+        let started = match self.is_for_tasks() {
+            // Results of tasks are no more than what they were made for.
+            true => self.started(Stage::Tiles, 0, tiles),
+            false => self.started(Stage::Tiles, work.resumed.0, tiles),
+        };
         let source = (mesh.source(), &planned, &mut ledger);
         let stitcher = self.tiles(source, &extremes, (fields, with_fields), &mut work);
         let stitcher = self.believed(Stage::Tiles, stitcher)?;
@@ -257,7 +285,7 @@ impl<'a> Job<'a> {
     }
 
     /// A stage begins of whose `total` tiles some are done.
-    fn started(&self, stage: Stage, done: u64, total: u64) -> Instant {
+    pub(super) fn started(&self, stage: Stage, done: u64, total: u64) -> Instant {
         if done > 0 {
             self.observer.event(Event::Resumed { stage, done, total });
         }
@@ -277,7 +305,7 @@ impl<'a> Job<'a> {
         Ok(done)
     }
 
-    fn finished(&self, stage: Stage, started: Instant, work: &mut Work) {
+    pub(super) fn finished(&self, stage: Stage, started: Instant, work: &mut Work) {
         let wall = started.elapsed();
         work.stages.push((stage, wall));
         self.observer.event(Event::Finished { stage, wall });
@@ -295,14 +323,14 @@ impl<'a> Job<'a> {
         let mut omega = OmegaRange::default();
         let range = |tile: &Admitted| method.omega_range(&tile.tile);
         let mesh = (source, planned, &mut *ledger);
-        work.add(self.over_tiles(mesh, stage, Pass::Omega, range, |taken: Taken<OmegaRange>| {
+        work.add_pass(self.over_tiles(mesh, stage, Pass::Omega, range, |taken: Taken<OmegaRange>| {
             omega = omega.join(taken.result);
             Ok(())
         })?);
         let mut salience = 0.0f64;
         let largest = |tile: &Admitted| method.largest_salience(&tile.tile, omega);
         let mesh = (source, planned, ledger);
-        work.add(self.over_tiles(mesh, stage, Pass::Salience, largest, |taken: Taken<f64>| {
+        work.add_pass(self.over_tiles(mesh, stage, Pass::Salience, largest, |taken: Taken<f64>| {
             salience = salience.max(taken.result);
             Ok(())
         })?);
@@ -324,11 +352,9 @@ impl<'a> Job<'a> {
         let compute = |tile: &Admitted| compute(&tile.tile, plan, &self.params, extremes, asked);
         let pass =
             self.over_tiles(mesh, Stage::Tiles, Pass::Links, compute, |taken: Taken<TileResult>| {
-                let Taken { result: tile, whole, kept } = taken;
+                let Taken { result: tile, whole, kept, .. } = taken;
                 if !kept {
-                    work.tiles += 1;
-                    work.loaded_faces += tile.loaded_faces;
-                    work.owned_faces += tile.owned_faces;
+                    work.add(&tile);
                 }
                 if let Some(fields) = &mut fields {
                     fields.take(&tile.fields)?;
@@ -336,7 +362,7 @@ impl<'a> Job<'a> {
                 stitcher.take(tile.share)?;
                 Ok(whole.map_or(Ok(()), |cell| stitcher.done(cell))?)
             })?;
-        work.add(pass);
+        work.add_pass(pass);
         Ok(stitcher)
     }
 

@@ -264,8 +264,25 @@ pub struct Work {
     pub peak_resident_bytes: Option<u64>,
     /// The same without mapped files.
     pub peak_anonymous_bytes: Option<u64>,
+    /// How long loading, computing and committing tiles waited for each other.
+    pub waits: Waits,
     /// Stages in the order in which they began; one can come twice.
     pub stages: Vec<Stage>,
+}
+
+/// How long who waited for whom while tiles were worked on.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Waits {
+    /// The loader, for tiles to give memory back.
+    pub for_memory_seconds: f64,
+    /// The loader, for somebody to take the tile it had loaded.
+    pub for_workers_seconds: f64,
+    /// The workers, together, for a tile.
+    pub for_tiles_seconds: f64,
+    /// The workers, together, for their results to be taken.
+    pub for_committer_seconds: f64,
+    /// Tiles that lay ready when a worker came for one, as a share of all that were taken; nothing if none was.
+    pub queue_fill: Option<f64>,
 }
 
 /// What a stage used.

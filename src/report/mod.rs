@@ -19,7 +19,7 @@ mod surface;
 
 pub use data::{
     CLASSES, ClassCount, Defects, Found, Histogram, Histograms, InEffect, Input, InputFile, Mesh, Output,
-    Parameters, Program, Report, SCHEMA, Series, Stage, Thresholds, Work, is_crease,
+    Parameters, Program, Report, SCHEMA, Series, Stage, Thresholds, Waits, Work, is_crease,
 };
 pub use findings::Findings;
 pub use scene::{Detail, Ground, Scene};

@@ -59,6 +59,17 @@ impl PlainFile {
         &self.path
     }
 
+    /// Has the file stay behind as `path`, on the same disk. It is there for good when its directory was synced.
+    ///
+    /// # Errors
+    /// If the system refuses.
+    pub fn keep(self, path: &Path) -> Result<(), SpillError> {
+        let synced = File::open(&self.path).and_then(|file| file.sync_all());
+        synced.map_err(SpillError::io(&self.path, "cannot sync the file"))?;
+        // What is dropped now has no name of its own any more.
+        fs::rename(&self.path, path).map_err(SpillError::io(&self.path, "cannot give the file its name"))
+    }
+
     /// The directory it lies in.
     pub fn dir(&self) -> &ScratchDir {
         &self.dir

@@ -47,10 +47,22 @@ pub fn unfinished(path: &Path) -> PathBuf {
 /// # Errors
 /// If the system refuses; what was there is there still.
 pub fn write(path: &Path, purpose: Purpose, payload: &[u8]) -> Result<(), WorkspaceError> {
+    write_all(path, &head(purpose, payload), payload)
+}
+
+/// The same for a file that others read: without a head of ours.
+///
+/// # Errors
+/// If the system refuses; what was there is there still.
+pub fn write_plain(path: &Path, payload: &[u8]) -> Result<(), WorkspaceError> {
+    write_all(path, &[], payload)
+}
+
+fn write_all(path: &Path, head: &[u8], payload: &[u8]) -> Result<(), WorkspaceError> {
     let new = unfinished(path);
     let failed = WorkspaceError::io(path, "cannot write");
     let mut file = File::create(&new).map_err(&failed)?;
-    file.write_all(&head(purpose, payload)).map_err(&failed)?;
+    file.write_all(head).map_err(&failed)?;
     point("file-begun");
     file.write_all(payload).map_err(&failed)?;
     file.sync_all().map_err(&failed)?;

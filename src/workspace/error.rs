@@ -41,6 +41,29 @@ pub enum WorkspaceError {
         /// What it is.
         now: String,
     },
+    /// Many tasks work there, or will.
+    #[error(
+        "{path}: the workspace was planned for crease tile and crease stitch; go on with these, choose another directory with \
+         --workspace, or give it up with: crease clean {path}",
+        path = path.display()
+    )]
+    Planned {
+        /// The directory.
+        path: PathBuf,
+    },
+    /// Nothing was planned there.
+    #[error("{path}: no job was planned there: {what}; plan one with crease plan --workspace {path}", path = path.display())]
+    NotPlanned {
+        /// The directory.
+        path: PathBuf,
+        /// What is there.
+        what: &'static str,
+    },
+    /// The method needs the whole mesh between its passes.
+    #[error(
+        "--method paper needs numbers of the whole mesh before its lines, and is not planned for many tasks; use crease detect"
+    )]
+    OneProcess,
     /// There is nothing there that we made.
     #[error("{path}: not a workspace of crease: it has no file {marker}; nothing was removed", path = path.display())]
     Foreign {

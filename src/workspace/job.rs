@@ -9,6 +9,7 @@ use crate::input::MeshSource;
 use crate::partition::{Cell, Scan, SortedTable};
 use serde::{Deserialize, Serialize};
 use std::fs;
+use std::path::Path;
 use std::time::{SystemTime, UNIX_EPOCH};
 
 /// What another run must have in common to go on.
@@ -87,22 +88,32 @@ impl InputMark {
     /// Of `source`, whose content is not known yet.
     pub fn of(source: &dyn MeshSource) -> InputMark {
         // Many files together have a name, but no file of that name.
-        let file = source.file().and_then(|path| fs::metadata(path).ok()).filter(fs::Metadata::is_file).map(
-            |found| {
-                // A file system that knows no times has none that could differ.
-                let written = found.modified().unwrap_or(SystemTime::UNIX_EPOCH);
-                let since = written.duration_since(UNIX_EPOCH).unwrap_or_default();
-                FileMark { bytes: found.len(), written: (since.as_secs(), since.subsec_nanos()) }
-            },
-        );
+        let file = source.file().and_then(FileMark::of);
         InputMark { vertices: source.vertex_count(), faces: source.face_count(), file, content: None }
     }
 }
 
+impl FileMark {
+    /// Of the file at `path`, if it is one.
+    pub fn of(path: &Path) -> Option<FileMark> {
+        fs::metadata(path).ok().filter(fs::Metadata::is_file).map(|found| {
+            // A file system that knows no times has none that could differ.
+            let written = found.modified().unwrap_or(SystemTime::UNIX_EPOCH);
+            let since = written.duration_since(UNIX_EPOCH).unwrap_or_default();
+            FileMark { bytes: found.len(), written: (since.as_secs(), since.subsec_nanos()) }
+        })
+    }
+}
+
 impl Identity {
+    /// What this version of the program is called.
+    pub fn this_version() -> String {
+        env!("CARGO_PKG_VERSION").to_owned()
+    }
+
     /// Of a run over `source`.
     pub fn of(source: &dyn MeshSource, params: &Params, fields: bool) -> Identity {
-        let version = env!("CARGO_PKG_VERSION").to_owned();
+        let version = Identity::this_version();
         Identity { version, params: *params, fields, input: InputMark::of(source) }
     }
 

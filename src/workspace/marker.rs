@@ -17,6 +17,8 @@ const KIND: &str = "crease workspace ";
 const BEGUN: &str = "crease workspace 1\n";
 /// The same if the directory was made for it.
 const MADE: &str = "crease workspace 1\nin a directory of its own\n";
+/// The same if many tasks work there, each with files of its own: nobody holds the lock while they do.
+const PLANNED: &str = "crease workspace 1\nplanned for many tasks\n";
 /// More than any version of it has.
 const MOST_BYTES: u64 = 4096;
 
@@ -68,6 +70,45 @@ pub fn create(directory: &Path, made: bool) -> Result<(File, bool), WorkspaceErr
     }
 }
 
+/// Makes `directory`, which exists, the workspace of a planned job, and locks it while it is planned.
+///
+/// # Errors
+/// If another process plans there, it is a workspace of another kind, or the system refuses.
+pub fn create_planned(directory: &Path) -> Result<File, WorkspaceError> {
+    let path = directory.join(MARKER);
+    let failed = WorkspaceError::io(&path, "cannot create the file");
+    let open = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(&path);
+    let mut file = open.map_err(&failed)?;
+    lock(&file, directory)?;
+    if !is_at(&file, &path) {
+        return Err(WorkspaceError::InUse { path: directory.to_owned() });
+    }
+    if file.metadata().map_err(&failed)?.len() == 0 {
+        file.write_all(PLANNED.as_bytes()).map_err(&failed)?;
+        file.sync_all().map_err(&failed)?;
+    }
+    match is_planned(directory)? {
+        true => Ok(file),
+        false => Err(WorkspaceError::NotPlanned {
+            path: directory.to_owned(),
+            what: "it is that of a crease detect",
+        }),
+    }
+}
+
+/// Whether `directory` is the workspace of a planned job. Looks without a lock.
+///
+/// # Errors
+/// If the system refuses.
+pub fn is_planned(directory: &Path) -> Result<bool, WorkspaceError> {
+    let path = directory.join(MARKER);
+    match fs::read(&path) {
+        Ok(text) => Ok(text == PLANNED.as_bytes()),
+        Err(e) if matches!(e.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory) => Ok(false),
+        Err(e) => Err(WorkspaceError::io(&path, "cannot read")(e)),
+    }
+}
+
 /// Whether there is a marker of ours, of any version.
 pub fn is_ours(directory: &Path) -> bool {
     let mut text = Vec::new();
@@ -105,6 +146,7 @@ fn read(mut file: &File, directory: &Path) -> Result<bool, WorkspaceError> {
     match text.as_slice() {
         t if t == BEGUN.as_bytes() => Ok(false),
         t if t == MADE.as_bytes() => Ok(true),
+        t if t == PLANNED.as_bytes() => Err(WorkspaceError::Planned { path: directory.to_owned() }),
         b"" => {
             file.write_all(BEGUN.as_bytes()).map_err(WorkspaceError::io(&path, "cannot write"))?;
             Ok(false)

@@ -1,14 +1,29 @@
 //! How a workspace goes: our files, and nothing else.
 
-use super::directory::{JOB, OUTPUTS, SORTED, TILES};
-use super::{WorkspaceError, marker};
+use super::directory::{DONE, JOB, MESH, OUTPUTS, PLAN, PLAN_JSON, SORTED, TILES};
+use super::{WorkspaceError, attempts, marker, results};
 use crate::spill::{SpillError, point, remove_left_behind};
 use std::fs;
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
 /// All files but the marker, in the order in which they go: without the job the others are of no use to anybody.
-const FILES: [&str; 6] = [OUTPUTS, "crease-outputs.new", JOB, "crease-job.new", TILES, SORTED];
+const FILES: [&str; 14] = [
+    OUTPUTS,
+    "crease-outputs.new",
+    DONE,
+    "crease-done.new",
+    PLAN_JSON,
+    "plan.json.new",
+    PLAN,
+    "crease-plan.new",
+    JOB,
+    "crease-job.new",
+    TILES,
+    SORTED,
+    MESH,
+    "crease-mesh.ply.new",
+];
 
 /// Removes the workspace in `directory` and nothing else; the directory too, if nothing else is in it.
 ///
@@ -21,7 +36,8 @@ pub fn clean(directory: &Path) -> Result<(), WorkspaceError> {
     // Whatever the version: it is being given up.
     let _lock = match marker::open(directory) {
         Ok(lock) => lock,
-        Err(WorkspaceError::Damaged { .. }) => None,
+        // Tasks that still work there find their files gone, and end.
+        Err(WorkspaceError::Damaged { .. } | WorkspaceError::Planned { .. }) => None,
         Err(other) => return Err(other),
     };
     remove_all(directory)?;
@@ -34,8 +50,31 @@ pub(super) fn remove_all(directory: &Path) -> Result<(), WorkspaceError> {
         remove_file(&directory.join(name))?;
         point("workspace-half-removed");
     }
+    for name in [results::DIRECTORY, attempts::DIRECTORY] {
+        remove_flat(&directory.join(name), name)?;
+    }
     remove_left_behind(directory).map_err(of_spill)?;
     remove_file(&directory.join(marker::MARKER))
+}
+
+/// Removes what tasks have left in the directory called `name` of a workspace, and the directory if nothing else is in it.
+fn remove_flat(path: &Path, name: &str) -> Result<(), WorkspaceError> {
+    let failed = WorkspaceError::io(path, "cannot list the directory");
+    let entries = match fs::read_dir(path) {
+        Err(e) if matches!(e.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory) => return Ok(()),
+        entries => entries.map_err(&failed)?,
+    };
+    for entry in entries {
+        let file = entry.map_err(&failed)?.file_name();
+        let ours = match name {
+            results::DIRECTORY => results::is_ours(&file.to_string_lossy()),
+            _ => attempts::is_ours(&file.to_string_lossy()),
+        };
+        if ours {
+            remove_file(&path.join(file))?;
+        }
+    }
+    remove_directory(path)
 }
 
 /// Removes a file, if it is there.

@@ -45,7 +45,7 @@ fn begun(directory: &Path) -> Vec<Label> {
     let workspace = Workspace::at(directory);
     assert!(!workspace.enter().expect("nothing is there"));
     workspace.begin_job(&job()).expect("begun");
-    assert!(workspace.results().expect("a log").is_empty());
+    assert!(workspace.results(&[]).expect("a log").is_empty());
     let mut labels = Vec::new();
     for (pass, cell) in [0, 2].into_iter().flat_map(|pass| (0..40).map(move |cell| (pass, cell))) {
         let pieces = if cell % 8 == 3 { 3 } else { 1 };
@@ -67,7 +67,7 @@ fn same(a: &Payload, b: &Payload) -> bool {
 
 /// The labels of all results that are there, each of which is what was kept.
 fn found(workspace: &Workspace) -> Vec<Label> {
-    let places = workspace.results().expect("a log");
+    let places = workspace.results(&[]).expect("a log");
     let labels: Vec<Label> = places.iter().map(|place| place.label).collect();
     for place in &places {
         let result: Payload = workspace.result(place).expect("whole");
@@ -138,7 +138,7 @@ fn pieces_of_two_sessions_are_not_mixed() {
         if workspace.job().expect("readable").is_none() {
             workspace.begin_job(&job()).expect("begun");
         }
-        workspace.results().expect("a log");
+        workspace.results(&[]).expect("a log");
         for &(cell, piece, last) in pieces {
             let label = label(2, cell, piece, last);
             workspace.keep(label, &payload(&label)).expect("kept");
@@ -155,7 +155,7 @@ fn pieces_of_two_sessions_are_not_mixed() {
     other.cells.pop();
     let workspace = Workspace::at(parent.path());
     workspace.begin_job(&other).expect("begun");
-    assert!(workspace.results().expect("a log").is_empty());
+    assert!(workspace.results(&[]).expect("a log").is_empty());
 }
 
 #[test]

@@ -185,13 +185,21 @@ pub fn geojson(text: &str) -> Vec<Line> {
     let file: serde_json::Value = serde_json::from_str(text).expect("JSON");
     assert_eq!(file["type"], "FeatureCollection");
     let feature = |feature: &serde_json::Value| {
-        assert_eq!((&feature["type"], &feature["geometry"]["type"]), (&"Feature".into(), &"LineString".into()));
+        assert_eq!(
+            (&feature["type"], &feature["geometry"]["type"]),
+            (&"Feature".into(), &"LineString".into())
+        );
         let of = &feature["properties"];
         assert_eq!(feature["id"], of["id"]);
         let number = |value: &serde_json::Value| value.as_f64().expect("a number");
         let point = |p: &serde_json::Value| DVec3::new(number(&p[0]), number(&p[1]), number(&p[2]));
         Line {
-            points: feature["geometry"]["coordinates"].as_array().expect("a list").iter().map(point).collect(),
+            points: feature["geometry"]["coordinates"]
+                .as_array()
+                .expect("a list")
+                .iter()
+                .map(point)
+                .collect(),
             class: of["class"].as_str().expect("a word").to_owned(),
             closed: of["closed"].as_bool(),
             measures: Some(["length", "strength", "angle"].map(|name| number(&of[name]))),
@@ -230,7 +238,8 @@ pub fn vtp(bytes: &[u8]) -> (Vec<Line>, Table) {
     let xml = std::str::from_utf8(&bytes[..start]).expect("text");
     assert!(bytes.ends_with(b"\n</AppendedData>\n</VTKFile>\n"));
     let attribute = |line: &str, name: &str| {
-        let from = line.find(&format!(" {name}=\"")).unwrap_or_else(|| panic!("{name} in {line}")) + name.len() + 3;
+        let from =
+            line.find(&format!(" {name}=\"")).unwrap_or_else(|| panic!("{name} in {line}")) + name.len() + 3;
         line[from..from + line[from..].find('"').expect("a quote")].to_owned()
     };
     let (mut element, mut arrays) = (String::new(), BTreeMap::new());
@@ -286,8 +295,12 @@ pub fn gpkg(path: &Path) -> (Vec<Line>, i32) {
     let flags = rusqlite::OpenFlags::SQLITE_OPEN_READ_ONLY;
     let database = rusqlite::Connection::open_with_flags(path, flags).expect("a database");
     let srs: i32 = database
-        .query_row("SELECT c.srs_id FROM gpkg_contents c JOIN gpkg_geometry_columns g USING (table_name, srs_id) \
-             JOIN gpkg_spatial_ref_sys s USING (srs_id) WHERE g.z = 1 AND g.m = 0", [], |row| row.get(0))
+        .query_row(
+            "SELECT c.srs_id FROM gpkg_contents c JOIN gpkg_geometry_columns g USING (table_name, srs_id) \
+             JOIN gpkg_spatial_ref_sys s USING (srs_id) WHERE g.z = 1 AND g.m = 0",
+            [],
+            |row| row.get(0),
+        )
         .expect("a system");
     let mut select = database
         .prepare("SELECT geom, class, closed, length, strength, angle, bend, id FROM creases ORDER BY fid")

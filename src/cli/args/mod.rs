@@ -4,6 +4,7 @@
 //! on their own; whether they suit a mesh is found out when it has been scanned. Commands are here; groups of options that
 //! belong together have a file each.
 
+mod cluster;
 mod detect;
 mod input;
 mod method;
@@ -17,14 +18,16 @@ mod tests;
 mod values;
 mod work;
 
+pub(super) use cluster::{NodeArgs, PlanArgs, StatusArgs, StitchArgs, TileArgs};
 pub(super) use detect::DetectArgs;
+pub(super) use input::BadFacesArgs;
 pub(super) use output::OutputArgs;
 pub(super) use preset::Preset;
 pub(super) use show::ProgressKind;
 
 use clap::{Args, ColorChoice, Parser, Subcommand};
 use clap_complete::Shell;
-use input::{BadFacesArgs, InputArgs};
+use input::InputArgs;
 use method::refusal;
 use preset::PresetArgs;
 use show::ShowArgs;
@@ -64,11 +67,13 @@ impl Cli {
             Command::Info(args) if args.sigma.is_zero() => {
                 return Err(refusal("a sigma of 0 needs detect --method paper"));
             }
-            Command::Info(_)
-            | Command::Diff(_)
-            | Command::Clean(_)
-            | Command::Completions(_)
-            | Command::Man(_) => {}
+            Command::Plan(args) => {
+                args.check()?;
+                args.detect.method.check(&args.detect.sigma, args.detect.min_angle)?;
+            }
+            Command::Info(_) | Command::Diff(_) | Command::Clean(_) => {}
+            Command::Tile(_) | Command::Stitch(_) | Command::Status(_) => {}
+            Command::Completions(_) | Command::Man(_) => {}
         }
         Ok(cli)
     }
@@ -82,6 +87,7 @@ Exit codes:
   3    bad input: the file cannot be read or is not a mesh
   4    out of a resource: disk, memory, threads, or an output that cannot be written
   5    the workspace is damaged, in use, or belongs to another job
+  6    stitch, status: tiles or outputs are missing
   130  interrupted; the same command goes on";
 
 /// What to do.
@@ -100,6 +106,24 @@ pub(super) enum Command {
     /// Prints `identical` and ends with exit code 0, or prints the first difference and a table of all that differs, and
     /// ends with exit code 1. Any two binary little-endian PLY files can be compared, of any size.
     Diff(DiffArgs),
+    /// Plans the work of `detect` as many tasks, for a scheduler and many machines (docs/CLUSTER.md).
+    ///
+    /// Reads the mesh, cuts it into tiles, and writes the plan into a workspace that all machines see. A mesh that must be converted
+    /// or put in order is, once, into the workspace. Takes the options of `detect`; `--memory` is that of a task. Prints what
+    /// comes next. The same command again does nothing twice.
+    #[command(after_help = PLAN_EXAMPLES)]
+    Plan(PlanArgs),
+    /// Works on tiles of a planned job, as one task of many.
+    ///
+    /// Each result appears in the workspace when it is whole. A tile whose result is there and right is not done again. The same
+    /// tile may be worked on twice at the same time.
+    Tile(TileArgs),
+    /// Makes the outputs from the tiles of a planned job: those of `detect`, byte for byte.
+    ///
+    /// Refuses with exit code 6 while tiles are missing, and says which. The workspace stays; `crease clean` removes it.
+    Stitch(StitchArgs),
+    /// Says what is missing of a planned job. Ends with exit code 0 if nothing is, with 6 otherwise.
+    Status(StatusArgs),
     /// Removes what an interrupted `detect` has kept, if nobody wants to go on with it.
     ///
     /// Only files that crease wrote are removed, and the directory if nothing else is in it. A directory without a workspace
@@ -143,6 +167,17 @@ Examples:
       man crease and man crease-detect work from now on
   crease man | man -l -
       shows the page at once";
+
+const PLAN_EXAMPLES: &str = "\
+Examples:
+  crease plan city.ply -o city.creases.ply --workspace /shared/work --memory 8GiB
+      plans tiles for tasks of 8 GiB each
+  crease tile /shared/work --tile 17
+      works on one of them, anywhere
+  crease tile /shared/work --tiles $(crease status /shared/work --array)
+      works on all that are missing
+  crease stitch /shared/work
+      writes city.creases.ply when all tiles are there";
 
 /// Arguments of `info`.
 #[derive(Debug, Args)]

@@ -40,6 +40,13 @@ pub(in crate::cli) struct OutputArgs {
     pub force: bool,
 }
 
+impl OutputArgs {
+    /// Whether an output needs the fields of all vertices.
+    pub fn has_tables(&self) -> bool {
+        self.attributes.is_some() || self.annotate.is_some()
+    }
+}
+
 /// Where lines run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(in crate::cli) enum GeometryArg {

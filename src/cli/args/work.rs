@@ -52,6 +52,18 @@ pub(in crate::cli) struct WorkArgs {
 }
 
 impl WorkArgs {
+    /// Has what a machine says in the place of what was said before.
+    pub fn set(&mut self, threads: Option<u16>, memory: Option<u64>, io: Option<Io>) {
+        self.threads = threads.unwrap_or(self.threads);
+        self.memory = memory.or(self.memory);
+        self.io = io.unwrap_or(self.io);
+    }
+
+    /// Whether somebody has said how much memory there is.
+    pub fn has_memory(&self) -> bool {
+        self.memory.is_some()
+    }
+
     /// The limits of the run. The number of threads is resolved here, so that the summary can name it.
     pub fn limits(&self) -> Limits {
         let processors = || std::thread::available_parallelism().map_or(1, usize::from);

@@ -9,6 +9,7 @@ use crate::cli::interrupt::Interrupts;
 use crate::cli::memory::Allocations;
 use crate::cli::outcome::{Outcome, Used, output};
 use crate::cli::outputs::{Outputs, commit};
+use crate::cli::planned::PlannedJob;
 use crate::cli::progress::Progress;
 use crate::cli::summary::Summary;
 use crate::cli::{bus_error, console, input, memory, targets};
@@ -36,38 +37,75 @@ pub(in crate::cli) fn detect(
     allocations: Allocations,
 ) -> Result<Exit, Failure> {
     console::start_log(args.show.verbose);
+    let files = InputFiles::find(&args.input.names)?;
+    run(args, words, allocations, Origin { files, planned: None })
+}
+
+/// What a run starts from.
+pub(super) struct Origin {
+    /// The input.
+    pub files: InputFiles,
+    /// A job whose tiles are all done; this run does the rest.
+    pub planned: Option<PlannedJob>,
+}
+
+/// All outputs of a run: what is `written` of the mesh, the lines first, and reports.
+pub(super) fn named_outputs<'a>(args: &'a DetectArgs, written: &'a Outputs) -> Vec<&'a Path> {
+    let reports = args.report.reports.iter().map(|report| report.path.as_path());
+    written.paths().into_iter().chain(reports).collect()
+}
+
+/// Which outputs may be replaced if they exist: what a run had begun to hand over when it was killed may be handed over again.
+pub(super) fn may_replace(args: &DetectArgs, workspace: &Workspace) -> impl Fn(&Path) -> bool {
+    let begun = |output: &Path| targets::place(output).is_some_and(|place| workspace.has_announced(&place));
+    move |output| args.output.force || begun(output)
+}
+
+/// The whole job, or what is left of it.
+///
+/// # Errors
+/// If anything fails; there is no output then.
+pub(super) fn run(
+    args: &DetectArgs,
+    words: &[OsString],
+    allocations: Allocations,
+    origin: Origin,
+) -> Result<Exit, Failure> {
     let started = Instant::now();
     let limits = args.work.limits();
-    let files = InputFiles::find(&args.input.names)?;
-    let writing = Outputs::new(&args.output, &files)?;
-    let reports = args.report.reports.iter().map(|report| report.path.as_path());
-    let outputs: Vec<&Path> = writing.paths().into_iter().chain(reports).collect();
-    let workspace =
-        args.work.workspace.as_deref().map_or_else(|| Workspace::beside(writing.main()), Workspace::at);
-    // What a run had begun to hand over when it was killed may be handed over again.
-    let begun = |output: &Path| targets::place(output).is_some_and(|place| workspace.has_announced(&place));
-    targets::check(&files.files, &outputs, |output| args.output.force || begun(output))?;
+    let Origin { files, planned } = &origin;
+    let writing = Outputs::new(&args.output, files)?;
+    let outputs = named_outputs(args, &writing);
+    let workspace = match (planned, &args.work.workspace) {
+        (Some(planned), _) => planned.workspace.clone(),
+        (None, Some(path)) => Workspace::at(path),
+        (None, None) => Workspace::beside(writing.main()),
+    };
+    targets::check(&files.files, &outputs, may_replace(args, &workspace))?;
 
     bus_error::watch(&files.name());
     let progress = Progress::new(args.progress(), allocations, limits.memory);
     let parts = outputs.iter().map(|output| part_of(output)).collect();
     let interrupts = Interrupts::watch(&workspace, parts, words)
         .map_err(|e| Failure::new(Exit::Resource, format!("cannot watch for signals: {e}")))?;
-    let name = files.name();
+    let name = planned.as_ref().map_or_else(|| files.name(), |planned| planned.record.name.path());
     let run = Run {
         args,
         words,
         started,
         limits: &limits,
         input: &name,
-        files: &files,
+        files,
         writing: &writing,
         outputs: &outputs,
         workspace: &workspace,
         progress: &progress,
     };
     // Whatever is made of the input goes to the workspace as well.
-    let opened = input::open(&files, args.input.weld, &workspace.scratch(), &limits, &progress);
+    let opened = match planned {
+        Some(planned) => planned.input(args),
+        None => input::open(files, args.input.weld, &workspace.scratch(), &limits, &progress),
+    };
     let input = match opened {
         Ok(input) => input,
         Err(failure) => {
@@ -75,7 +113,13 @@ pub(in crate::cli) fn detect(
             return Err(run.left_behind(failure, false));
         }
     };
-    let sieve = args.bad.sieve(input.mesh())?;
+    let sieve = match input.sieve(&args.bad) {
+        Ok(sieve) => sieve,
+        Err(error) => {
+            interrupts.claim_end();
+            return run.gave_up(error.into(), &interrupts);
+        }
+    };
     let report = match run.all(&input, sieve.as_ref(), &interrupts) {
         Ok(report) => report,
         Err(error) => {
@@ -87,7 +131,12 @@ pub(in crate::cli) fn detect(
     // A mesh that was made of the input goes before the workspace does that it lies in.
     drop(sieve);
     drop(input);
-    let concluded = if args.keep_workspace { workspace.conclude() } else { workspace.remove() };
+    let concluded = match planned {
+        // The tasks of a job end when their scheduler says so, and whoever runs this one again must find what it has done.
+        Some(planned) => planned.note_written(&outputs).and_then(|()| workspace.conclude()),
+        None if args.keep_workspace => workspace.conclude(),
+        None => workspace.remove(),
+    };
     if let Err(error) = concluded {
         tracing::warn!("{error}");
     }
@@ -234,10 +283,7 @@ impl Run<'_> {
     /// The failure that ended the run, with what is left of it. A workspace that was not `refused` and that another run could
     /// not go on with is removed.
     fn left_behind(&self, failure: Failure, refused: bool) -> Failure {
-        if refused {
-            return failure;
-        }
-        if self.remove_if_useless() {
+        if refused || self.remove_if_useless() {
             return failure;
         }
         failure.and(&format!("what is done is kept in {}", self.workspace.path().display()))

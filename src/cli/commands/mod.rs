@@ -6,6 +6,10 @@ mod detect;
 mod diff;
 mod info;
 mod man;
+mod plan;
+mod status;
+mod stitch;
+mod tile;
 
 pub(super) use clean::clean;
 pub(super) use completions::completions;
@@ -13,3 +17,7 @@ pub(super) use detect::detect;
 pub(super) use diff::diff;
 pub(super) use info::info;
 pub(super) use man::man;
+pub(super) use plan::plan;
+pub(super) use status::status;
+pub(super) use stitch::stitch;
+pub(super) use tile::tile;

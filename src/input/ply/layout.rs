@@ -5,9 +5,11 @@
 //! many records their offset is kept. Nothing is allocated from a number in the header before the bytes it stands
 //! for were seen to exist.
 
+use super::Needs;
 use super::header::{Element, Header};
 use super::record::{Fault, List, Shape, Slot, Window};
 use crate::input::{BLOCK, ByteSource, InputError};
+use serde::{Deserialize, Serialize};
 
 /// Records of a vertex element with lists between two kept offsets.
 const VERTICES_PER_CHECKPOINT: u64 = 256;
@@ -17,7 +19,7 @@ const BLOCKS: u64 = 1 << 18;
 pub(super) const AHEAD: u64 = 1 << 20;
 
 /// From the number of a record to its bytes.
-#[derive(Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) enum Records {
     /// Record `i` lies at `start + i * stride`.
     Fixed { start: u64, stride: u64 },
@@ -26,14 +28,14 @@ pub(super) enum Records {
 }
 
 /// The vertex element.
-#[derive(Debug)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) struct VertexLayout {
     pub shape: Shape,
     pub records: Records,
 }
 
 /// The face element.
-#[derive(Debug)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) struct FaceLayout {
     pub shape: Shape,
     pub records: Records,
@@ -58,13 +60,11 @@ fn polygons_per_block(polygons: u64) -> u64 {
     BLOCK.max(polygons.div_ceil(BLOCKS))
 }
 
-/// Finds the elements number `vertex` and `face` of the header; `list` is the face property with the indices.
+/// Finds the elements of the header that are needed.
 pub(super) fn place(
     source: &ByteSource,
     header: &Header,
-    vertex: usize,
-    face: usize,
-    list: usize,
+    &Needs { vertex, face, indices: list, .. }: &Needs,
 ) -> Result<(VertexLayout, FaceLayout), InputError> {
     let mut at = header.payload;
     let (mut vertices, mut faces) = (None, None);

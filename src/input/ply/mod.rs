@@ -8,6 +8,7 @@ mod ascii;
 mod binary;
 mod faces;
 mod header;
+mod known;
 mod layout;
 mod raw;
 mod record;
@@ -19,6 +20,7 @@ mod vertices;
 mod tests;
 
 pub use header::{Element, Encoding, Header, Property, PropertyKind};
+pub use known::KnownPly;
 pub use raw::RawVertices;
 pub use scalar::ScalarType;
 pub(super) use stream::{is_in_place, read};
@@ -27,7 +29,7 @@ use super::{ByteSource, FaceBlock, InputError, IoMode, MeshSource};
 use crate::mesh::VertexId;
 use faces::{Faces, Missing};
 use glam::DVec3;
-use layout::format_error;
+use layout::{FaceLayout, VertexLayout, format_error};
 use record::{Place, Slot};
 use std::path::Path;
 use vertices::Vertices;
@@ -55,6 +57,14 @@ impl PlySource {
 
     /// The same over a file that is open already.
     pub(super) fn over(source: ByteSource) -> Result<Self, InputError> {
+        Self::placed(source, layout::place)
+    }
+
+    /// The same with records that `place` has found.
+    fn placed(
+        source: ByteSource,
+        place: impl FnOnce(&ByteSource, &Header, &Needs) -> Result<(VertexLayout, FaceLayout), InputError>,
+    ) -> Result<Self, InputError> {
         let header = Header::read(&source)?;
         if header.encoding != Encoding::BinaryLittleEndian {
             let reason = format!(
@@ -64,8 +74,7 @@ impl PlySource {
             return Err(format_error(&source, reason));
         }
         let needs = Needs::find(&header).map_err(|reason| format_error(&source, reason))?;
-        let (vertex_layout, face_layout) =
-            layout::place(&source, &header, needs.vertex, needs.face, needs.indices)?;
+        let (vertex_layout, face_layout) = place(&source, &header, &needs)?;
         if face_layout.triangles == 0 {
             let polygons = face_layout.polygons;
             let reason = format!(

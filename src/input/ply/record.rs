@@ -8,9 +8,10 @@
 use super::header::{Element, PropertyKind};
 use super::scalar::ScalarType;
 use crate::input::{ByteSource, InputError};
+use serde::{Deserialize, Serialize};
 
 /// A list property: how to find its length and its end.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) struct List {
     /// Bytes between the anchor of its part and its length.
     pub lead: u64,
@@ -21,7 +22,7 @@ pub(super) struct List {
 }
 
 /// Where a scalar lies in a record.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) struct Place {
     /// Number of lists before it.
     pub part: usize,
@@ -32,7 +33,7 @@ pub(super) struct Place {
 }
 
 /// Where a property lies in a record.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) enum Slot {
     /// A number.
     Scalar(Place),
@@ -41,7 +42,7 @@ pub(super) enum Slot {
 }
 
 /// What all records of an element have in common.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) struct Shape {
     pub lists: Vec<List>,
     /// Bytes after the last list; the whole record if there is no list.

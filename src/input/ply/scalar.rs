@@ -3,10 +3,11 @@
 //! In: bytes whose length was checked before. Out: `f64` coordinates and `i64` indices, both exact, since every
 //! PLY integer has at most 32 bits.
 
+use serde::{Deserialize, Serialize};
 use std::fmt;
 
 /// Type of a property, of a list's length or of a list's items.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum ScalarType {
     /// `char`, `int8`
     I8,

@@ -104,10 +104,23 @@ impl<'a> SpatialStore<'a> {
         path: &Path,
         table: SortedTable,
     ) -> Result<SpatialStore<'a>, SpillError> {
-        let blocks = SpillFile::kept(path, table.bytes)?.blocks()?;
+        let store = SpatialStore::reopen_unread(source, path, table)?;
         let checked: Vec<Result<(), SpillError>> =
-            table.extents.par_iter().map(|&extent| blocks.read(extent, &mut Vec::new())).collect();
+            store.extents.par_iter().map(|&extent| store.blocks.read(extent, &mut Vec::new())).collect();
         checked.into_iter().collect::<Result<(), _>>()?;
+        Ok(store)
+    }
+
+    /// The same where many processes use one store: each block is checked when it is read, and no other.
+    ///
+    /// # Errors
+    /// If it is not there, or has another length.
+    pub fn reopen_unread(
+        source: &'a dyn MeshSource,
+        path: &Path,
+        table: SortedTable,
+    ) -> Result<SpatialStore<'a>, SpillError> {
+        let blocks = SpillFile::kept(path, table.bytes)?.blocks()?;
         let SortedTable { extents, summaries, .. } = table;
         Ok(SpatialStore { source, layout: Layout::of(source), blocks, extents, summaries })
     }

@@ -49,7 +49,7 @@ static KEPT: LazyLock<Vec<(String, Vec<u8>)>> = LazyLock::new(|| {
     workspace
         .begin_job(&JobRecord { identity, scan, cells, rounds: 3, mesh: MeshRecord::File })
         .expect("begun");
-    workspace.results().expect("a log");
+    workspace.results(&[]).expect("a log");
     for (cell, piece, last) in
         [(3, 0, true), (0, 0, false), (0, 1, true), (5, 0, true), (6, 0, true), (7, 0, true)]
     {
@@ -88,7 +88,7 @@ fuzz_target!(|case: Case| {
     workspace.has_announced("/somewhere/lines.ply".as_ref());
     if let Ok(true) = workspace.enter()
         && let Ok(Some(_)) = workspace.job()
-        && let Ok(places) = workspace.results()
+        && let Ok(places) = workspace.results(&[])
     {
         for place in places {
             let result = workspace.result::<Vec<u64>>(&place);

@@ -91,7 +91,9 @@ fn refused(part: &PartFile, error: Error) -> OutputError {
     use ErrorCode::{CannotOpen, DiskFull, ReadOnly, SystemIoFailure};
     let system = io::Error::last_os_error();
     let said = match error.sqlite_error_code() {
-        Some(DiskFull | CannotOpen | ReadOnly | SystemIoFailure) if system.raw_os_error() != Some(0) => system,
+        Some(DiskFull | CannotOpen | ReadOnly | SystemIoFailure) if system.raw_os_error() != Some(0) => {
+            system
+        }
         Some(DiskFull) => io::Error::new(io::ErrorKind::StorageFull, error),
         _ => io::Error::other(error),
     };
