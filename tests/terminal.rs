@@ -87,8 +87,8 @@ fn manual_pages_name_all_options_and_can_be_rendered() {
             let mut groff = Command::new("groff");
             groff.args(["-man", "-Tutf8", "-ww"]).arg(place.path("new/man1").join(&name));
             let rendered = groff.output().expect("groff");
-            let text = String::from_utf8_lossy(&rendered.stdout).into_owned();
-            assert!(rendered.status.success() && text.contains("SYNOPSIS"), "{name}: {text}");
+            assert!(rendered.status.success() && rendered.stderr.is_empty(), "{name}: {rendered:?}");
+            assert!(rendered.stdout.len() > 1000, "{name}: {rendered:?}");
         }
     }
     // A file is in the way of the directory.

@@ -22,11 +22,17 @@ const PIECES: usize = 6;
 const PIECE_FACES: u64 = 12_000;
 /// No piece has more.
 const MOST_FACES: u64 = 4 * PIECE_FACES;
+/// A mesh of no more faces is worked on as a whole: the pieces have as many, since blocks of faces tell only roughly how many
+/// there are in a place.
+const WHOLE: u64 = 120_000;
 /// Widest piece, in cubes of the lattice on each side of its middle: in a place with next to nothing the whole mesh would be
 /// one piece.
 const WIDEST: i64 = 64;
 /// Share of the time for which the threads are busy: 0.79 to 0.90 on two threads (`docs/BENCHMARKS.md`, section 3).
 const BUSY: f64 = 0.85;
+/// What a face in a halo costs, compared with one that its tile owns: work is cut back ring by ring, and lines are built by the
+/// owner alone. Measured, with halos of two to seven times the mesh: 0.33 on a city, 0.53 on a part, 0.55 on an airborne scan.
+const HALO_COST: f64 = 0.5;
 
 /// What working on some pieces of the mesh took.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -40,14 +46,15 @@ pub struct Calibration {
 }
 
 impl Calibration {
-    /// Processor time for a loaded face, in seconds.
+    /// Processor time for a face that a tile owns, in seconds.
     pub fn cpu_per_face(&self) -> f64 {
         self.cpu.as_secs_f64() / self.faces.max(1) as f64
     }
 
-    /// About how long so many loaded faces take on so many threads that nobody else wants.
-    pub fn wall(&self, loaded: u64, threads: usize) -> Duration {
-        let seconds = self.cpu_per_face() * loaded as f64 / (threads.max(1) as f64 * BUSY);
+    /// About how long a mesh of so many faces takes, of which tiles load `loaded`, on so many threads that nobody else wants.
+    pub fn wall(&self, faces: u64, loaded: u64, threads: usize) -> Duration {
+        let work = faces as f64 + HALO_COST * loaded.saturating_sub(faces) as f64;
+        let seconds = self.cpu_per_face() * work / (threads.max(1) as f64 * BUSY);
         Duration::try_from_secs_f64(seconds).unwrap_or(Duration::MAX)
     }
 }
@@ -59,10 +66,11 @@ impl Job<'_> {
     /// If the source fails.
     pub fn calibrate(&self, planned: &Planned) -> Result<Option<Calibration>, Error> {
         let plan = &planned.plan;
-        let most = MOST_FACES.min(faces_in(planned.tile_memory));
+        let (regions, most) = regions(planned);
+        let most = most.min(faces_in(planned.tile_memory));
         let params = Params { sigma: Sigma::Length(plan.scale.length(method::SIGMA_EDGES)), ..self.params };
         let (mut pieces, mut faces, mut cpu) = (0, 0, Duration::ZERO);
-        for region in regions(planned) {
+        for region in regions {
             let loaded = self.pool.install(|| load(self.source, plan, &region, most));
             let mesh = match loaded {
                 Ok(mesh) => mesh,
@@ -94,15 +102,17 @@ fn cpu_time() -> Duration {
     Duration::new(time.tv_sec.try_into().unwrap_or(0), time.tv_nsec.try_into().unwrap_or(0))
 }
 
-/// Places spread over the faces of the mesh, each as wide as it takes; all of a small mesh.
-fn regions(planned: &Planned) -> Vec<Region> {
+/// Places spread over the faces of the mesh, each as wide as it takes; all of a small mesh. With the most faces that each may
+/// have.
+fn regions(planned: &Planned) -> (Vec<Region>, u64) {
     let (plan, scan) = (&planned.plan, &planned.scan);
-    if scan.faces <= MOST_FACES {
-        return vec![Region::new(CubeBox::EVERYTHING)];
+    if scan.faces <= WHOLE {
+        return (vec![Region::new(CubeBox::EVERYTHING)], WHOLE);
     }
     let step = (scan.sample.len() / PIECES).max(1);
     let middles = scan.sample.iter().skip(step / 2).step_by(step).take(PIECES);
-    middles.map(|&p| Region::new(wide_enough(plan, &CubeBox::around(plan.lattice.cube_of(p))))).collect()
+    let pieces = middles.map(|&p| Region::new(wide_enough(plan, &CubeBox::around(plan.lattice.cube_of(p)))));
+    (pieces.collect(), MOST_FACES)
 }
 
 fn wide_enough(plan: &Plan, middle: &CubeBox) -> CubeBox {
@@ -119,9 +129,11 @@ mod tests {
     fn a_rate_becomes_a_time() {
         let calibration = Calibration { pieces: 2, faces: 1000, cpu: Duration::from_millis(3) };
         assert!((calibration.cpu_per_face() - 3e-6).abs() < 1e-12);
-        let wall = calibration.wall(1_700_000, 2).as_secs_f64();
-        assert!((wall - 3.0).abs() < 1e-6, "{wall}");
-        assert_eq!(Calibration { faces: 0, ..calibration }.wall(u64::MAX, 0), Duration::MAX);
+        let wall = |faces, loaded| calibration.wall(faces, loaded, 2).as_secs_f64();
+        assert!((wall(1_700_000, 1_700_000) - 3.0).abs() < 1e-6);
+        assert!((wall(1_000_000, 2_400_000) - 3.0).abs() < 1e-6);
+        let never = Calibration { faces: 1, cpu: Duration::MAX, ..calibration };
+        assert_eq!(never.wall(u64::MAX, u64::MAX, 0), Duration::MAX);
     }
 
     #[test]

@@ -96,9 +96,9 @@ pub(super) enum Command {
     /// Finds the feature lines of a mesh and writes them to a file.
     #[command(after_help = DETECT_EXAMPLES)]
     Detect(DetectArgs),
-    /// Describes a mesh and how it would be worked on, without doing the work.
+    /// Describes a mesh, how it would be worked on, and about how long that would take.
     ///
-    /// Reads the file once. Open borders and non-manifold edges are counted by `detect`, because they show only when
+    /// Reads the file once, and works on a few pieces of it to see how long they take. Open borders and non-manifold edges are counted by `detect`, because they show only when
     /// neighbouring faces are joined.
     Info(InfoArgs),
     /// Compares two result files record by record.

@@ -193,7 +193,7 @@ fn time(known: &Known<'_>, plan: &PlanPart) -> TimePart {
     let conversion = known.input.conversion();
     let scan = known.scan.as_secs_f64();
     let guess = known.calibration.map(|calibration| {
-        let tiles = calibration.wall(plan.loaded_faces, plan.threads).as_secs_f64();
+        let tiles = calibration.wall(known.planned.scan.faces, plan.loaded_faces, plan.threads).as_secs_f64();
         let order = if plan.order.rewritten { REWRITING_SCANS * scan } else { 0.0 };
         let before = conversion.map_or(0.0, |time| time.as_secs_f64());
         GuessPart {

@@ -107,8 +107,11 @@ fn begin(stage: Stage, total: u64, memory: Memory) -> Shown {
 /// The parts of the line that are made here. That one cannot be drawn is no reason to stop.
 fn keys(style: ProgressStyle, stage: Stage, memory: Memory, moved: Arc<AtomicU64>) -> ProgressStyle {
     let unit = stage.unit();
+    // The speed is that up to the last move: the clock alone does not make it slower.
+    let at = move || Duration::from_millis(moved.load(Ordering::Relaxed));
+    let since = at.clone();
     let left = move |state: &ProgressState, out: &mut dyn Write| {
-        let at = Duration::from_millis(moved.load(Ordering::Relaxed));
+        let at = since();
         if let Some(left) = remaining(state.pos(), state.len().unwrap_or(0), at, state.elapsed()) {
             let _ = write!(out, ", {} left", span(left));
         }
@@ -124,7 +127,7 @@ fn keys(style: ProgressStyle, stage: Stage, memory: Memory, moved: Arc<AtomicU64
             let _ = out.write_str(&span(state.elapsed()));
         })
         .with_key("rate", move |state: &ProgressState, out: &mut dyn Write| {
-            let _ = out.write_str(&rate(unit, state.pos(), state.elapsed()));
+            let _ = out.write_str(&rate(unit, state.pos(), at()));
         })
         .with_key("left", left)
         .with_key("memory", move |_: &ProgressState, out: &mut dyn Write| {

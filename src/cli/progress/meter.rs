@@ -18,12 +18,12 @@ pub fn remaining(done: u64, total: u64, at: Duration, elapsed: Duration) -> Opti
     Duration::try_from_secs_f64(whole).ok().map(|whole| whole.saturating_sub(elapsed))
 }
 
-/// The mean speed, in words: `, 3.2 MB/s`, `, 4.100 tiles/s`, `, 12.3 s each`.
-pub fn rate(unit: &str, done: u64, elapsed: Duration) -> String {
-    if done == 0 || elapsed < TOO_SOON {
+/// The mean speed of `done` units in the time `at`, in words: `, 3.2 MB/s`, `, 4.100 tiles/s`, `, 12.3 s each`.
+pub fn rate(unit: &str, done: u64, at: Duration) -> String {
+    if done == 0 || at < TOO_SOON {
         return String::new();
     }
-    let seconds = elapsed.as_secs_f64();
+    let seconds = at.as_secs_f64();
     let per_second = done as f64 / seconds;
     match unit {
         "bytes" => format!(", {}/s", bytes(per_second as u64)),

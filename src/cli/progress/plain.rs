@@ -54,7 +54,7 @@ fn line(event: Event, tally: &Tally, elapsed: Duration, memory: &str) -> String 
             let left =
                 tally.remaining(elapsed).map_or(String::new(), |t| format!(", about {} left", span(t)));
             let (done, total) = (grouped(tally.done), grouped(tally.total));
-            let rate = rate(unit, tally.done, elapsed);
+            let rate = rate(unit, tally.done, tally.moved);
             // The stage of the tiles counts tiles; saying it twice would not make it clearer.
             let unit = if unit == name { String::new() } else { format!(" {unit}") };
             format!(
@@ -75,7 +75,8 @@ mod tests {
         let mut tallies = Tallies::new(|_| Duration::ZERO);
         let elapsed = Duration::from_secs(18);
         let mut say = |event| {
-            let tally = Tally { moved: elapsed, ..tallies.take(event).expect("a report") };
+            let mut tally = tallies.take(event).expect("a report");
+            tally.moved = elapsed;
             line(event, &tally, elapsed, "30 MB of 1.0 GB")
         };
         let stage = Stage::Tiles;
