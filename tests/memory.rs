@@ -18,6 +18,17 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use tempfile::TempDir;
 
+/// What a run writes: lines, also as a database, the table, the annotated mesh.
+const OUTPUTS: [(&str, &str); 4] = [
+    ("-o", "lines.ply"),
+    ("-o", "lines.gpkg"),
+    ("--attributes", "table.ply"),
+    ("--annotate", "annotated.ply"),
+];
+
+/// The bytes of these.
+type Written = Vec<Vec<u8>>;
+
 /// A directory with a mesh.
 struct Place {
     directory: TempDir,
@@ -42,18 +53,20 @@ impl Place {
         })
     }
 
-    /// Runs `crease detect` with the options `words` as `command` does, and gives what it wrote: lines, and the table.
-    fn detect(&self, mut command: Command, words: &str) -> (Output, Option<[Vec<u8>; 2]>) {
-        let files = ["lines.ply", "table.ply"].map(|name| self.directory.path().join(name));
-        command.arg("detect").arg(&self.mesh).arg("-o").arg(&files[0]).arg("--attributes").arg(&files[1]);
+    /// Runs `crease detect` with the options `words` as `command` does, and gives what it wrote.
+    fn detect(&self, mut command: Command, words: &str) -> (Output, Option<Written>) {
+        let files = OUTPUTS.map(|(_, name)| self.directory.path().join(name));
+        command.arg("detect").arg(&self.mesh);
+        OUTPUTS.iter().zip(&files).for_each(|((option, _), file)| _ = command.arg(option).arg(file));
         let output = command.args(words.split_whitespace()).output().expect("the program runs");
         let read = |file: &PathBuf| {
             let bytes = std::fs::read(file).ok()?;
             std::fs::remove_file(file).ok()?;
             Some(bytes)
         };
-        let [lines, table] = files.each_ref().map(read);
-        (output, lines.zip(table).map(|(lines, table)| [lines, table]))
+        // Each is removed, whether the others are there or not.
+        let written: Vec<Option<Vec<u8>>> = files.iter().map(read).collect();
+        (output, written.into_iter().collect())
     }
 }
 
@@ -120,7 +133,7 @@ mod gate {
     const LITTLE: [u64; 2] = [64, 160];
 
     /// What the program wrote within the limit, or its error; nothing where no group can be made.
-    fn limited(place: &Place, [memory, limit]: [u64; 2]) -> Option<(Output, Option<[Vec<u8>; 2]>)> {
+    fn limited(place: &Place, [memory, limit]: [u64; 2]) -> Option<(Output, Option<Written>)> {
         match cgroup::Cgroup::create(Some(limit << 20)) {
             Ok(group) => {
                 let command = group.command(env!("CARGO_BIN_EXE_crease"));

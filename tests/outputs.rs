@@ -8,8 +8,9 @@ mod support;
 
 use crease::glam::DVec3;
 use crease::input::{IoMode, PlySource};
-use crease::output::{Annotation, FieldSink};
+use crease::output::{Annotation, FieldSink, LineFormat, write_lines};
 use crease::pipeline::{Job, Silent};
+use crease::stitch::{Counts, Geometry, LineSource, LineVertex, Polyline, Stream};
 use crease::{Limits, Order, Params, Tiling};
 use read_lines::Line;
 use std::collections::BTreeMap;
@@ -74,7 +75,7 @@ fn every_format_says_what_ply_says() {
         ("city", "--boundaries"),
         ("city", "--geometry fitted --crs EPSG:7415"),
         ("defects", "--boundaries --min-length 0"),
-        ("bracket", ""),
+        ("folds10", ""),
         ("city", "--min-angle 179"),
     ] {
         let place = with(mesh);
@@ -336,6 +337,44 @@ fn an_annotation_needs_no_memory() {
     }
     assert!(all[0] == all[1], "memory shows");
     assert_eq!(place.names(), ["mesh.ply", "tiles.ply", "whole.ply"]);
+}
+
+/// More lines than anybody can write in a test.
+struct Many;
+
+impl LineSource for Many {
+    fn geometry(&self) -> Geometry {
+        Geometry::Vertices
+    }
+
+    fn largest_salience(&self) -> f64 {
+        1.0
+    }
+
+    fn counts(&self) -> Counts {
+        Counts { lines: 1 << 31, vertices: 1 << 33, ..Counts::default() }
+    }
+
+    fn vertices(&self) -> Stream<'_, LineVertex> {
+        Box::new(std::iter::empty())
+    }
+
+    fn lines(&self) -> Stream<'_, Polyline> {
+        Box::new(std::iter::empty())
+    }
+}
+
+#[test]
+fn what_a_format_cannot_count_is_refused() {
+    let place = with("city");
+    let source = PlySource::open(&place.path("mesh.ply"), IoMode::Auto).expect("a mesh");
+    let scratch = place.path("").as_path().into();
+    let annotation = Annotation::create(&place.path("a.ply"), &source, scratch).expect("a part");
+    let refusal = annotation.stage(&Many).err().expect("too many lines").to_string();
+    assert!(refusal.contains("a.ply: 2147483648 lines are more than"), "{refusal}");
+    let refusal = write_lines(&place.path("b.ply"), LineFormat::Ply, &Many, None).expect_err("too many");
+    assert!(refusal.to_string().contains("8589934592 vertices are more than"), "{refusal}");
+    assert_eq!(place.names(), ["mesh.ply"]);
 }
 
 #[test]

@@ -46,3 +46,23 @@ impl Drop for SizedFile {
         self.dir.shrank(self.length);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::os::unix::fs::FileExt;
+
+    #[test]
+    fn what_was_not_written_is_zero() {
+        let parent = tempfile::tempdir().expect("a temporary directory");
+        let dir = ScratchDir::create(parent.path()).expect("a directory");
+        let made = SizedFile::create(&dir, "rows", 5000).expect("a file");
+        made.file().write_all_at(b"here", 4000).expect("written");
+        let mut bytes = vec![1; 5000];
+        made.file().read_exact_at(&mut bytes, 0).expect("read");
+        assert!(bytes[4000..4004] == *b"here" && bytes.iter().filter(|&&byte| byte != 0).count() == 4);
+        assert_eq!((dir.bytes(), fs::read_dir(dir.path()).expect("list").count()), (5000, 1));
+        drop(made);
+        assert_eq!((dir.bytes(), fs::read_dir(dir.path()).expect("list").count()), (0, 0));
+    }
+}

@@ -145,7 +145,12 @@ impl Identity {
                 format!("{} sigmas", b.min_length_sigmas),
             ),
             (a.boundaries != b.boundaries, "--boundaries", given(a.boundaries), given(b.boundaries)),
-            (!self.fields && now.fields, "--attributes", written(self.fields), written(now.fields)),
+            (
+                !self.fields && now.fields,
+                "--annotate or --attributes",
+                written(self.fields),
+                written(now.fields),
+            ),
             (
                 self.input.vertices != now.input.vertices,
                 "the number of vertices of the input",
@@ -236,7 +241,7 @@ mod tests {
         assert_eq!(changed(&|now| now.params.min_angle_deg = 1e-300), Some("--min-angle"));
         assert_eq!(changed(&|now| now.params.min_length_sigmas = 0.0), Some("--min-length"));
         assert_eq!(changed(&|now| now.params.boundaries = true), Some("--boundaries"));
-        assert_eq!(changed(&|now| now.fields = true), Some("--attributes"));
+        assert_eq!(changed(&|now| now.fields = true), Some("--annotate or --attributes"));
         assert_eq!(changed(&|now| now.input.vertices = 5), Some("the number of vertices of the input"));
         assert_eq!(changed(&|now| now.input.faces = 5), Some("the number of faces of the input"));
         let mark = |bytes, seconds| Some(FileMark { bytes, written: (seconds, 6) });
