@@ -47,13 +47,14 @@ const STEPS: [Step; 26] = [
     step("demand", "what the tile depends on, and that it is there", true),
     step("refine", "rounds of refinement, each face as many as its noise asks for", true),
     step("refine 1", "the same with one round of all faces", false),
-    step("refine 2", "the same with two", false).beside("50-97", "a round over a list of the neighbours"),
+    step("refine 2", "the same with two", false).beside("65", "each round over the faces at the corners"),
     step("tensors", "votes of the faces around each vertex", true)
         .beside("20", "the same without weights by distance"),
-    step("vote again", "tensors vote over the one-ring", true),
+    step("vote again", "tensors vote over the one-ring", true)
+        .beside("120", "three rounds by way of the faces"),
     step("votes", "eigensystems of both tensors, fold angles, directions", true),
     step("eigen", "of that: the eigensystems", false)
-        .beside("145", "Jacobi's method to the last bit; values alone by one root: 10"),
+        .beside("26", "one root by Newton's method, one vector; Jacobi's method to the last bit: 291"),
     step("surroundings", "what is calm around each vertex", true),
     step("widen", "tensors of calm vertices vote further", true),
     step("stops", "corners and boundaries", true),

@@ -11,7 +11,7 @@ use crease::partition::{Cell, Loaded, Plan, Region};
 use crease::{Tiling, voting};
 use tempfile::TempDir;
 
-/// Fourteen blocks of houses: 70 MB of work, more than the caches nearest to a core, far less than a tile usually has.
+/// Some fourteen blocks of houses and 70 MB of arrays: more than the caches nearest to a core hold, and soon done.
 const TRIANGLES: u64 = 200_000;
 const SEED: u64 = 1;
 /// Of a good scanner, in mean edge lengths.

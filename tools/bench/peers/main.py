@@ -191,6 +191,7 @@ def one_run(asked, mesh, competitor, repeat, log):
         run |= measured | competitor.read(output) | {"outcome": "done"}
     else:
         code, last = measured["code"], (complaint.strip().splitlines() or ["nothing was said"])[-1]
+        last = last.replace(str(mesh.path), mesh.path.name)
         how = f"exit code {code}: {last}" if code > 0 else f"killed by signal {-code}"
         run |= measured | {"outcome": how}
     print(f"{mesh.name} | {competitor.name} | round {repeat + 1} | {run['wall']:.2f} s wall, {run['cpu']:.2f} s CPU, "

@@ -143,14 +143,20 @@ def ratios(done):
 def ratio(ours, theirs, key, their_key):
     theirs = {run["repeat"]: their_key(run) for run in theirs}
     found = [key(run) / theirs[run["repeat"]] for run in ours if theirs.get(run["repeat"])]
-    if not found:
-        return "-"
-    return f"{median(found):.3g} ({min(found):.3g}-{max(found):.3g})"
+    return spread(found, "{:.3g}") if found else "-"
+
+
+def spread(values, form):
+    """The median, and between which it lies where there are several."""
+    middle = form.format(median(values))
+    if len(values) == 1:
+        return middle
+    return f"{middle} ({form.format(min(values))}-{form.format(max(values))})"
 
 
 def threads(done):
     """Wall = s + p / n for n threads, solved for the serial part s from one thread and two."""
-    columns = ["-mesh", "wall s, 1 thread", "wall s, 2 threads", "ratio", "serial part", "CPU s 2 / 1"]
+    columns = ["-mesh", "wall s, 1 thread", "wall s, 2 threads", "ratio", "serial part %", "CPU s 2 / 1"]
     rows = []
     for mesh in unique(run["mesh"] for run in done):
         one, two = ({run["repeat"]: run for run in of(done, mesh, f"crease, {n}")} for n in ("1 thread", "2 threads"))
@@ -163,8 +169,8 @@ def threads(done):
             mesh,
             f"{median(a['wall'] for a, _ in both):.2f}",
             f"{median(b['wall'] for _, b in both):.2f}",
-            f"{median(speedups):.2f} ({min(speedups):.2f}-{max(speedups):.2f})",
-            f"{median(serial):.0f} % ({min(serial):.0f}-{max(serial):.0f})",
+            spread(speedups, "{:.2f}"),
+            spread(serial, "{:.0f}"),
             f"{median(b['cpu'] / a['cpu'] for a, b in both):.2f}",
         ])
     if not rows:
