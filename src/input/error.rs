@@ -42,6 +42,14 @@ pub enum InputError {
         /// What is different.
         reason: String,
     },
+    /// The file is not the one that a job was planned for.
+    #[error("{path}: not the file that the job was planned for: {reason}; put that in its place, or plan the job again", path = path.display())]
+    NotPlanned {
+        /// The file.
+        path: PathBuf,
+        /// What is different.
+        reason: String,
+    },
     /// The path names a directory, a pipe, a device.
     #[error("{path}: not a regular file", path = path.display())]
     NotAFile {

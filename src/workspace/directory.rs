@@ -4,7 +4,7 @@
 //! ends. Only files with our names are ever touched, so that any directory can be chosen.
 
 use super::durable::{self, Found, Purpose};
-use super::job::{Identity, JobRecord};
+use super::job::{Identity, InputMark, JobRecord};
 use super::log::{Label, Log, Place};
 use super::planned::{self, DoneOutput, PlanRecord};
 use super::removal::{remove_all, remove_directory, remove_file, remove_unfinished};
@@ -542,9 +542,11 @@ impl Ground for Workspace {
 }
 
 /// What the frames of a job carry: a checksum of all that its results depend on. Which copy of the mesh they were computed
-/// from is not part of it.
+/// from is not part of it, nor is the file: the fingerprint says what was in it.
 fn id_of(job: &JobRecord, path: &Path) -> Result<u64, WorkspaceError> {
-    Ok(xxh3_64(&encode(&(&job.identity, &job.cells), path)?))
+    let input = InputMark { file: None, ..job.identity.input };
+    let identity = Identity { input, ..job.identity.clone() };
+    Ok(xxh3_64(&encode(&(&identity, &job.cells), path)?))
 }
 
 fn encode(value: &(impl Serialize + ?Sized), path: &Path) -> Result<Vec<u8>, WorkspaceError> {

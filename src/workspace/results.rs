@@ -134,7 +134,12 @@ impl Results {
     fn list(&self) -> Result<BTreeSet<u32>, WorkspaceError> {
         let failed = WorkspaceError::io(&self.directory, "cannot list the directory");
         let mut cells = BTreeSet::new();
-        for entry in fs::read_dir(&self.directory).map_err(&failed)? {
+        let entries = match fs::read_dir(&self.directory) {
+            // It is made when the plan is finished.
+            Err(e) if e.kind() == ErrorKind::NotFound => return Ok(cells),
+            entries => entries.map_err(&failed)?,
+        };
+        for entry in entries {
             let name = entry.map_err(&failed)?.file_name();
             let cell = name.to_str().and_then(|name| name.strip_suffix(EXTENSION)?.parse::<u32>().ok());
             cells.extend(cell);

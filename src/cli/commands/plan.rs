@@ -123,7 +123,10 @@ impl Planning<'_> {
         let inputs = self.inputs()?;
         let opened = input::open(files, args.input.weld, &workspace.scratch(), &limits, progress)?;
         let (mesh, place) = match opened.keep(&workspace.mesh())? {
-            Some(mesh) => (mesh, relative(workspace.path(), &files.name())?),
+            Some(mesh) => {
+                let place = relative(workspace.path(), mesh.path())?;
+                (mesh, place)
+            }
             None => {
                 let mesh = PlySource::open(&workspace.mesh(), args.work.io.into())?;
                 (mesh, relative(workspace.path(), &workspace.mesh())?)

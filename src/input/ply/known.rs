@@ -39,24 +39,23 @@ impl KnownPly {
     /// Opens the file at `path`.
     ///
     /// # Errors
-    /// [`InputError::Changed`] if it is not the file that is known; otherwise as for [`PlySource::open`].
+    /// [`InputError::NotPlanned`] if it is not the file that is known; otherwise as for [`PlySource::open`].
     pub fn open(&self, path: &Path, io: IoMode) -> Result<PlySource, InputError> {
         let source = ByteSource::open(path, io)?;
         if source.len() != self.length {
-            let reason =
-                format!("it had {} bytes when the job was planned and has {}", self.length, source.len());
-            return Err(InputError::Changed { path: path.to_owned(), reason });
+            let reason = format!("it had {} bytes and has {}", self.length, source.len());
+            return Err(InputError::NotPlanned { path: path.to_owned(), reason });
         }
         if source.modified() != self.modified {
-            let reason = "it was written to since the job was planned".to_owned();
-            return Err(InputError::Changed { path: path.to_owned(), reason });
+            let reason = "it was written to since".to_owned();
+            return Err(InputError::NotPlanned { path: path.to_owned(), reason });
         }
         PlySource::placed(source, |source, header, needs| {
             if self.fits(header, needs) {
                 return Ok((self.vertices.clone(), self.faces.clone()));
             }
-            let reason = "its header is not that of the file that the job was planned for".to_owned();
-            Err(InputError::Changed { path: source.path().to_owned(), reason })
+            let reason = "its header is another".to_owned();
+            Err(InputError::NotPlanned { path: source.path().to_owned(), reason })
         })
     }
 
@@ -108,14 +107,14 @@ mod tests {
         let changed = |part: &str| {
             let error = known.open(&path, IoMode::Read).expect_err("refused");
             assert!(
-                matches!(error, InputError::Changed { .. }) && error.to_string().contains(part),
+                matches!(error, InputError::NotPlanned { .. }) && error.to_string().contains(part),
                 "{error}"
             );
         };
         let touched = File::options().write(true).open(&path).expect("open");
         let then = touched.metadata().and_then(|found| found.modified()).expect("a time");
         touched.set_modified(std::time::SystemTime::UNIX_EPOCH).expect("touched");
-        changed("was written to");
+        changed("written to");
         // Even where somebody has set the time back, the header tells.
         let other = String::from_utf8_lossy(&mesh()).replace("property float z", "property int z  ");
         let mut bytes = mesh();
@@ -125,6 +124,6 @@ mod tests {
         File::options().write(true).open(&path).and_then(|file| file.set_modified(then)).expect("set back");
         changed("header");
         fs::write(&path, &mesh()[1..]).expect("write");
-        changed("bytes when the job was planned");
+        changed(" bytes and has ");
     }
 }
