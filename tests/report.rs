@@ -5,6 +5,7 @@ mod support;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
+use crease::report::{Detail, Findings, Ground, Scene};
 use flate2::read::GzDecoder;
 use serde_json::Value;
 use sha2::{Digest, Sha256};
@@ -124,7 +125,7 @@ fn a_report_agrees_with_the_summary_and_the_lines() {
             grouped(number(&report["mesh"]["vertices"]))
         ),
         format!("{} corners", grouped(number(&found["corners"]))),
-        format!("{} boundary edges", grouped(number(&report["defects"]["boundary_edges"]))),
+        format!("{}  boundary edges", grouped(number(&report["defects"]["boundary_edges"]))),
         format!("{} tile", number(&report["work"]["tiles"])),
     ] {
         assert!(summary.contains(&part), "{part} is not in {summary}");
@@ -206,16 +207,36 @@ fn the_scene_does_not_depend_on_the_cut_nor_on_where_the_mesh_lies() {
 }
 
 #[test]
-fn a_large_result_is_shown_in_part() {
-    let place = place_with_city();
-    // So little memory that there is room for a thousand of each.
-    place.does("detect city.ply --quiet --memory 40MB --boundaries --report r.html");
-    let scene = scene(&String::from_utf8(place.read("r.html")).expect("UTF-8"));
-    let head = &scene.0;
-    let room = 40e6 / 4.0 / 400.0;
-    assert!(number(&head["segments"]) <= room && number(&head["all_segments"]) >= number(&head["segments"]));
-    let corners = array::<4>(&scene, "corner").len() / 3;
-    assert!(corners as f64 <= room.max(number(&head["all_faces"])) && corners > 0);
+fn the_strongest_lines_are_shown_if_there_is_no_room_for_all() {
+    let mesh = Mesh::of_fixture("city");
+    let source = mesh.source();
+    let params = crease::Params { boundaries: true, ..crease::Params::default() };
+    let (found, _) = support::run(&source, params, support::in_core());
+    let detail = Detail { segments: 200, surface: 500 };
+    let Findings { chosen, .. } = Findings::of(&found.lines, found.scan.median_side, 200).expect("findings");
+    let ground = Ground { source: &source, scan: &found.scan, scattered: false };
+    let scene = Scene::of(&found.lines, &chosen, &ground, detail, || false).expect("a scene");
+    let head = serde_json::to_value(scene.head()).expect("JSON");
+    let edges: usize = found.lines.lines.iter().map(|line| line.vertices.len() - 1).sum();
+    assert!(edges > 200 && number(&head["segments"]) <= 200.0 && number(&head["segments"]) > 100.0, "{head}");
+    assert_eq!(head["all_segments"], edges);
+    assert_eq!(head["lines"], chosen.ids.len());
+    // The surface was thinned to what there is room for, and not much further.
+    let corners = list(&head["arrays"]).iter().find(|array| array["name"] == "corner").expect("corners");
+    assert!((3.0 * 60.0..=3.0 * 500.0).contains(&number(&corners["length"])), "{corners}");
+    assert!(number(&head["cube"]) > number(&head["size"][0]) / 65536.0);
+    // Nothing that was left out is worth more than what was chosen.
+    let worth = |id: usize| found.lines.lines[id].strength * found.lines.lines[id].length;
+    let chosen: Vec<usize> = chosen.ids.iter().map(|&id| id as usize).collect();
+    let least = chosen.iter().map(|&id| worth(id)).fold(f64::INFINITY, f64::min);
+    let others = (0..found.lines.lines.len()).filter(|id| !chosen.contains(id));
+    assert!(others.map(worth).all(|worth| worth <= least));
+
+    // Faces without order are not read one by one: vertices stand for them.
+    let scattered = Ground { scattered: true, ..ground };
+    let chosen = Findings::of(&found.lines, found.scan.median_side, 200).expect("findings").chosen;
+    let scene = Scene::of(&found.lines, &chosen, &scattered, detail, || false).expect("a scene");
+    assert_eq!(serde_json::to_value(scene.head()).expect("JSON")["surface"], "points");
 }
 
 #[test]

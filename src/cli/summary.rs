@@ -6,7 +6,7 @@ use super::text::{
     bytes, counted, decimals_for, entry, grouped, measure, percent, span, table, with_decimals,
 };
 use crate::input::LeftOut;
-use crate::report::{Defects, Report, Stage, Thresholds, Work};
+use crate::report::{Defects, Report, Stage, Thresholds, Waits, Work};
 use std::fmt;
 use std::time::Duration;
 
@@ -172,19 +172,17 @@ impl Summary<'_> {
     /// Who waited for whom; with one tile everybody does.
     fn waits(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Work { waits, tiles, .. } = &self.0.work;
-        match waits.queue_fill {
-            Some(fill) if *tiles > 1 => f.write_str(&entry(
-                "waiting",
-                &format!(
-                    "loading {} for memory, {} for workers; two workers {} for tiles; queue filled {:.0} %",
-                    seconds(waits.for_memory_seconds),
-                    seconds(waits.for_workers_seconds),
-                    seconds(waits.for_tiles_seconds),
-                    100.0 * fill
-                ),
-            )),
-            _ => Ok(()),
+        if *tiles < 2 {
+            return Ok(());
         }
+        let (memory, workers) = (seconds(waits.for_memory_seconds), seconds(waits.for_workers_seconds));
+        let (for_tiles, ready) = (seconds(waits.for_tiles_seconds), percent_of(waits));
+        f.write_str(&entry(
+            "waiting",
+            &format!(
+                "loading {memory} for memory, {workers} for workers; workers {for_tiles} for tiles, {ready} lay ready"
+            ),
+        ))
     }
 
     fn stages(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -243,6 +241,11 @@ fn defect_rows(defects: &Defects) -> Vec<(u64, &'static str, &'static str)> {
 
 fn seconds(seconds: f64) -> String {
     span(Duration::from_secs_f64(seconds))
+}
+
+/// How many of the tiles that workers took lay ready when they came.
+fn percent_of(waits: &Waits) -> String {
+    format!("{:.0} %", 100.0 * waits.ready_tiles as f64 / waits.taken_tiles.max(1) as f64)
 }
 
 fn not_available() -> String {

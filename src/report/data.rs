@@ -254,6 +254,8 @@ pub struct Work {
     pub rewritten: bool,
     /// The most bytes of temporary files at a time.
     pub temporary_bytes: u64,
+    /// How long loading, computing and committing waited for each other.
+    pub waits: Waits,
     /// Wall time until the outputs were ready to get their names.
     pub wall_seconds: f64,
     /// Processor time of all threads.
@@ -264,14 +266,12 @@ pub struct Work {
     pub peak_resident_bytes: Option<u64>,
     /// The same without mapped files.
     pub peak_anonymous_bytes: Option<u64>,
-    /// How long loading, computing and committing tiles waited for each other.
-    pub waits: Waits,
     /// Stages in the order in which they began; one can come twice.
     pub stages: Vec<Stage>,
 }
 
-/// How long who waited for whom while tiles were worked on.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+/// How long the parts of a pass over the tiles waited for each other.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Waits {
     /// The loader, for tiles to give memory back.
     pub for_memory_seconds: f64,
@@ -279,10 +279,12 @@ pub struct Waits {
     pub for_workers_seconds: f64,
     /// The workers, together, for a tile.
     pub for_tiles_seconds: f64,
-    /// The workers, together, for their results to be taken.
+    /// The workers, together, for the committer.
     pub for_committer_seconds: f64,
-    /// Tiles that lay ready when a worker came for one, as a share of all that were taken; nothing if none was.
-    pub queue_fill: Option<f64>,
+    /// Tiles that workers took.
+    pub taken_tiles: u64,
+    /// Those of them that lay ready when the worker came.
+    pub ready_tiles: u64,
 }
 
 /// What a stage used.

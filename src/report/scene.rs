@@ -86,6 +86,7 @@ pub struct Scene {
 }
 
 /// The mesh behind the lines.
+#[derive(Clone, Copy)]
 pub struct Ground<'a> {
     /// The mesh.
     pub source: &'a dyn MeshSource,

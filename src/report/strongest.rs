@@ -1,7 +1,8 @@
 //! Which lines a page shows if it cannot show all.
 //!
 //! In: all lines, one at a time. Out: as many whole lines as there is room for: creases by strength times length, then other
-//! lines by length; of equals, the first. The choice depends on the lines alone. No more is held than is chosen.
+//! lines by length; of equals, the first. Whoever is left out is worth less than all that are chosen, whatever the order they
+//! came in. No more is held than is chosen.
 
 use super::data::is_crease;
 use crate::stitch::Measures;
@@ -21,7 +22,8 @@ struct Worth {
 pub struct Strongest {
     room: u64,
     taken: u64,
-    offered: u64,
+    /// The most that a line was worth that had to go: one that is worth less does not come in where there is room again.
+    floor: Option<Worth>,
     /// The least worth on top, each with what it takes.
     kept: BinaryHeap<Reverse<(Worth, u64)>>,
 }
@@ -38,24 +40,28 @@ pub struct Chosen {
 impl Strongest {
     /// Keeps no more than `room` edges.
     pub fn new(room: u64) -> Strongest {
-        Strongest { room, taken: 0, offered: 0, kept: BinaryHeap::new() }
+        Strongest { room, taken: 0, floor: None, kept: BinaryHeap::new() }
     }
 
     /// One more line.
     pub fn offer(&mut self, id: u64, edges: u64, line: &Measures) {
-        self.offered += 1;
         if self.room == 0 {
             return;
         }
         let crease = is_crease(line.class);
         let worth = if crease { line.length * line.strength } else { line.length };
+        let worth = Worth { crease, bits: worth.max(0.0).to_bits(), id: Reverse(id) };
+        if self.floor.is_some_and(|floor| worth < floor) {
+            return;
+        }
         let takes = edges.min(self.room);
         self.taken += takes;
-        self.kept.push(Reverse((Worth { crease, bits: worth.max(0.0).to_bits(), id: Reverse(id) }, takes)));
+        self.kept.push(Reverse((worth, takes)));
         while self.taken > self.room
-            && let Some(Reverse((_, takes))) = self.kept.pop()
+            && let Some(Reverse((worth, takes))) = self.kept.pop()
         {
             self.taken -= takes;
+            self.floor = self.floor.max(Some(worth));
         }
     }
 
@@ -100,6 +106,9 @@ mod tests {
         assert_eq!(chosen(49, &lines), [0, 1, 3, 4]);
         assert_eq!(chosen(30, &lines), [0, 1, 3]);
         assert_eq!(chosen(29, &lines), [0, 1]);
+        // The short line does not get in where a stronger one had to go.
+        let crowd = [(Class::Sharp, 9.0, 0.9, 90), (Class::Sharp, 8.0, 0.9, 20), (Class::Weak, 1.0, 0.1, 1)];
+        assert_eq!(chosen(100, &crowd), [0]);
         assert_eq!(chosen(9, &lines), [1], "a line of more edges than there is room for takes all of it");
         assert_eq!(chosen(0, &lines), [0u64; 0]);
     }

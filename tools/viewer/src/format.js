@@ -35,3 +35,9 @@ export function span(seconds) {
 export const percent = (part, whole) => (whole > 0 ? `${((100 * part) / whole).toFixed(1)} %` : "-");
 
 export const degrees = (x) => (x === null || x === undefined ? "" : `${x.toFixed(1)}°`);
+
+// A coordinate to a thousandth of an edge: what is finer says nothing.
+export function coordinate(x, edge) {
+  const decimals = edge > 0 ? Math.min(Math.max(3 - Math.floor(Math.log10(edge)), 0), 12) : 6;
+  return x.toFixed(decimals);
+}

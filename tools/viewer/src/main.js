@@ -2,7 +2,7 @@
 
 import { Color } from "three";
 import { element, pairs, swatch } from "./dom.js";
-import { count, counted, degrees, measure } from "./format.js";
+import { coordinate, count, counted, degrees, measure } from "./format.js";
 import { readScene } from "./scene.js";
 import { write } from "./text.js";
 import { View } from "./view.js";
@@ -47,7 +47,7 @@ function describeDetail(head) {
     points: `${counted(vertices, "vertex", "vertices")} of ${count(head.all_vertices)}, as points`,
     none: "nothing to show",
   }[head.surface];
-  return `${lines} Surface: ${surface}. Coordinates are drawn relative to (${head.centre.join(", ")}).`;
+  return `${lines} Surface: ${surface}. Coordinates are drawn relative to (${head.centre.map((x) => coordinate(x, report.mesh.median_edge)).join(", ")}).`;
 }
 
 class Page {

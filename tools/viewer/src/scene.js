@@ -31,8 +31,9 @@ class Lines {
     }
     this.firstPoint[this.count] = point;
     // From the strongest on, as they are stepped through: by strength times length, then other lines by length.
-    const worth = (line) => (this.isCrease(line) ? 1e30 + arrays.strength[line] * arrays.length[line] * 1e15 : arrays.length[line]);
-    this.byWorth = Array.from({ length: this.count }, (_, i) => i).sort((a, b) => worth(b) - worth(a) || a - b);
+    const worth = (line) => (this.isCrease(line) ? arrays.strength[line] : 1) * arrays.length[line];
+    const before = (a, b) => this.isCrease(b) - this.isCrease(a) || worth(b) - worth(a) || a - b;
+    this.byWorth = Array.from({ length: this.count }, (_, i) => i).sort(before);
   }
 
   className(line) {

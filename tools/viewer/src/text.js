@@ -2,14 +2,14 @@
 
 import { histogram } from "./charts.js";
 import { element, pairs, swatch, table } from "./dom.js";
-import { bytes, count, counted, degrees, measure, percent, span } from "./format.js";
+import { bytes, coordinate, count, counted, degrees, measure, percent, span } from "./format.js";
 
 const at = (id) => document.getElementById(id);
 const fill = (id, ...children) => at(id).replaceChildren(...children.filter(Boolean));
 
 export function write(report) {
   const { input, mesh, found } = report;
-  document.title = `Feature lines of ${input.name}`;
+  document.title = `Feature lines of ${input.name.split("/").filter(Boolean).pop() ?? input.name}`;
   fill("title", document.title);
   fill("lead", `${counted(found.lines, "line", "lines")}, ${measure(found.length)} mesh units in total, in a mesh of ` +
     `${counted(mesh.faces, "triangle", "triangles")}`);
@@ -52,7 +52,7 @@ function writeInput({ input, parameters, limits, mesh, command }) {
   const method = parameters.thresholds === null ? parameters.method :
     `${parameters.method}: salience from ${parameters.thresholds.salience}, sharp edges from l2 ${parameters.thresholds.edge_l2}, corners from l3 ${parameters.thresholds.corner_l3}`;
   const extent = mesh.max.map((x, i) => measure(x - mesh.min[i])).join(" × ");
-  const place = (p) => p.map((x) => String(x)).join(", ");
+  const place = (p) => p.map((x) => coordinate(x, mesh.median_edge)).join(", ");
   const entries = [
     ["Command", element("code", {}, command.join(" "))],
     ["Mesh", `${counted(mesh.faces, "triangle", "triangles")}, ${counted(mesh.vertices, "vertex", "vertices")}${input.converted ? "; converted before it was read" : ""}`],
@@ -100,6 +100,8 @@ function writeWork({ work, limits }) {
     ["Tiles", tiles],
     work.resumed_tiles > 0 && ["Resumed", `${count(work.resumed_tiles)} of ${counted(work.all_tiles, "tile", "tiles")} were done before`],
     work.temporary_bytes > 0 && ["Temporary files", `at most ${bytes(work.temporary_bytes)} at a time${work.rewritten ? "; the mesh was rewritten in spatial order" : ""}`],
+    ["Waiting", `the loader ${span(work.waits.for_memory_seconds)} for memory and ${span(work.waits.for_workers_seconds)} for workers; the workers, together, ` +
+      `${span(work.waits.for_tiles_seconds)} for tiles and ${span(work.waits.for_committer_seconds)} for their results to be taken`],
     ["Wall time", span(work.wall_seconds)],
     ["CPU time", span(work.cpu_seconds)],
     ["Peak memory", `${bytes(work.peak_allocated_bytes)}${limits.memory_bytes === null ? "" : ` of ${bytes(limits.memory_bytes)}`} allocated; resident ${bytes(work.peak_resident_bytes)}` +

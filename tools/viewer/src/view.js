@@ -1,7 +1,7 @@
 // The 3D view: surface, lines, camera, picking. Nothing moves by itself, and nothing is drawn unless something changed.
 
 import {
-  AmbientLight, Box3, BufferAttribute, BufferGeometry, Color, DirectionalLight, DoubleSide, Mesh, MeshLambertMaterial, PerspectiveCamera, Points,
+  AmbientLight, Box3, BufferAttribute, BufferGeometry, Color, DirectionalLight, DoubleSide, LineBasicMaterial, LineSegments, Mesh, MeshLambertMaterial, PerspectiveCamera, Points,
   PointsMaterial, Raycaster, Scene, Vector2, Vector3, WebGLRenderer,
 } from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
@@ -13,6 +13,10 @@ import { LineSegmentsGeometry } from "three/addons/lines/LineSegmentsGeometry.js
 const REACH = 8;
 // A line this share of the distance behind the surface can still be seen: the surface is thinned, lines are not.
 const BEHIND = 0.01;
+// More segments than this are drawn one pixel wide: wide ones are six triangles each, too much where there is no graphics card.
+const WIDE = 20000;
+// Share of the picture that the whole mesh fills.
+const FILLED = 0.94;
 // Directions to look from.
 const FROM = { start: [-0.55, -0.8, 0.75], top: [0, -0.001, 1], front: [0, -1, 0.001], side: [1, 0, 0.001] };
 
@@ -34,7 +38,7 @@ export class View {
     this.lines = this.makeLines();
     this.chosen = null;
     if (this.surface) this.scene.add(this.surface);
-    if (this.lines) this.scene.add(this.lines);
+    if (this.lines) this.scene.add(this.lines, this.thin);
     this.radius = Math.max(this.box.isEmpty() ? 1 : this.box.getSize(new Vector3()).length() / 2, 1e-9);
     this.middle = this.box.isEmpty() ? new Vector3() : this.box.getCenter(new Vector3());
     this.controls = new OrbitControls(this.camera, this.renderer.domElement);
@@ -71,6 +75,12 @@ export class View {
     geometry.computeBoundingBox();
     this.box.union(geometry.boundingBox);
     this.shown = lines.lineOf.slice();
+    // The same numbers, as pairs of points.
+    const thin = new BufferGeometry();
+    thin.setAttribute("position", new BufferAttribute(geometry.attributes.instanceStart.data.array, 3));
+    thin.setAttribute("color", new BufferAttribute(geometry.attributes.instanceColorStart.data.array, 3));
+    thin.boundingSphere = geometry.boundingSphere;
+    this.thin = new LineSegments(thin, new LineBasicMaterial({ vertexColors: true }));
     return new LineSegments2(geometry, new LineMaterial({ linewidth: 2, vertexColors: true }));
   }
 
@@ -96,10 +106,12 @@ export class View {
       this.shown[shown] = line;
       shown += 1;
     }
-    places.needsUpdate = true;
-    colours.needsUpdate = true;
+    const { position, color } = this.thin.geometry.attributes;
+    for (const changed of [places, colours, position, color]) changed.needsUpdate = true;
     this.lines.geometry.instanceCount = shown;
-    this.lines.visible = shown > 0;
+    this.thin.geometry.setDrawRange(0, 2 * shown);
+    this.lines.visible = shown > 0 && shown <= WIDE;
+    this.thin.visible = shown > WIDE;
     this.draw();
     return { lines: shownLines, segments: shown };
   }
@@ -120,7 +132,7 @@ export class View {
 
   showHidden(through) {
     this.through = through;
-    if (this.lines) this.lines.material.depthTest = !through;
+    for (const lines of [this.lines, this.thin]) if (lines) lines.material.depthTest = !through;
     this.draw();
   }
 
@@ -144,8 +156,10 @@ export class View {
 
   // The line at a place of the stage, in pixels from its corner, or null.
   lineAt(x, y) {
-    if (!this.lines || !this.lines.visible) return null;
+    if (!this.lines || this.lines.geometry.instanceCount === 0) return null;
     const { clientWidth: width, clientHeight: height } = this.stage;
+    // Thin lines are picked as if they were wide; what is not drawn does not know how large the picture is.
+    this.lines.material.resolution.set(width, height);
     const ray = new Raycaster();
     ray.params.Line2 = { threshold: REACH };
     ray.setFromCamera(new Vector2((2 * x) / width - 1, 1 - (2 * y) / height), this.camera);
@@ -177,11 +191,17 @@ export class View {
 
   // Looks at the whole from one side.
   look(from) {
-    const angle = (this.camera.fov / 2) * (Math.PI / 180);
-    const narrow = Math.min(1, this.camera.aspect);
-    const distance = (this.radius * 0.82) / (Math.sin(angle) * narrow);
+    const away = new Vector3().fromArray(FROM[from]).normalize();
+    const right = new Vector3().crossVectors(this.camera.up, away).normalize(), up = new Vector3().crossVectors(away, right);
+    const high = Math.tan((this.camera.fov / 2) * (Math.PI / 180)) * FILLED, wide = high * this.camera.aspect;
+    // So far away that all corners of the box are in the picture.
+    let distance = this.radius * 0.1;
+    for (let i = 0; i < 8 && !this.box.isEmpty(); i += 1) {
+      const corner = new Vector3(...["x", "y", "z"].map((axis, bit) => this.box[(i >> bit) & 1 ? "max" : "min"][axis])).sub(this.middle);
+      distance = Math.max(distance, corner.dot(away) + Math.max(Math.abs(corner.dot(right)) / wide, Math.abs(corner.dot(up)) / high));
+    }
     this.controls.target.copy(this.middle);
-    this.camera.position.fromArray(FROM[from]).normalize().multiplyScalar(distance).add(this.middle);
+    this.camera.position.copy(away).multiplyScalar(distance).add(this.middle);
     this.controls.update();
     this.draw();
   }
