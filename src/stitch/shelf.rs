@@ -61,9 +61,14 @@ impl Content {
         self.links += other.links;
     }
 
-    /// The part, if all of it is in memory; else itself.
-    pub fn into_part(self) -> Result<Part, Content> {
-        if self.shelved.is_empty() { Ok(self.part) } else { Err(self) }
+    /// Whether something of it is on the shelf.
+    pub fn is_shelved(&self) -> bool {
+        !self.shelved.is_empty()
+    }
+
+    /// What of it is in memory.
+    pub fn into_part(self) -> Part {
+        self.part
     }
 }
 

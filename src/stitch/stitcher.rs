@@ -141,12 +141,9 @@ impl Stitcher {
     /// Finishes one component; that takes several times its memory, and if it is not there, it waits for the end.
     fn finish_whole(&mut self, whole: Content) -> Result<(), StitchError> {
         let needed = whole.whole_bytes().saturating_mul(FINISHING).saturating_add(self.open.held().bytes);
-        if needed > self.memory.open {
+        if whole.is_shelved() || needed > self.memory.open {
             return self.open.put_aside(whole);
         }
-        match whole.into_part() {
-            Ok(part) => self.store.put(finish(part, &self.rules, |_, _| ())),
-            Err(shelved) => self.open.put_aside(shelved),
-        }
+        self.store.put(finish(whole.into_part(), &self.rules, |_, _| ()))
     }
 }
