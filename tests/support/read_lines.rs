@@ -36,7 +36,9 @@ pub fn ply(path: &Path) -> BTreeMap<String, Table> {
     let bytes = std::fs::read(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
     let end = b"end_header\n";
     let start = bytes.windows(end.len()).position(|w| w == end).expect("a header") + end.len();
-    let mut elements: Vec<(String, usize, Vec<(String, String)>)> = Vec::new();
+    // Name, number of records, properties with their types.
+    type Element = (String, usize, Vec<(String, String)>);
+    let mut elements: Vec<Element> = Vec::new();
     for line in String::from_utf8_lossy(&bytes[..start]).lines() {
         match line.split_ascii_whitespace().collect::<Vec<_>>()[..] {
             ["element", name, count] => {

@@ -25,7 +25,7 @@ const POINT: u64 = 24;
 
 pub(super) fn write(part: &PartFile, lines: &dyn LineSource, crs: Option<Crs>) -> Result<(), OutputError> {
     let refused = |error| refused(part, error);
-    let database = open(part).map_err(refused)?;
+    let database = open(part)?;
     schema::create(&database, crs).map_err(refused)?;
     let srs = crs.map_or(UNKNOWN_PLANE, |crs| i32::from(crs.code()));
     let bounds = fill(&database, part, lines, srs)?;
@@ -35,16 +35,20 @@ pub(super) fn write(part: &PartFile, lines: &dyn LineSource, crs: Option<Crs>) -
 }
 
 /// Opens the part as a database, and begins the transaction.
-fn open(part: &PartFile) -> Result<Connection, Error> {
+fn open(part: &PartFile) -> Result<Connection, OutputError> {
+    let refused = |error| refused(part, error);
     let flags = OpenFlags::SQLITE_OPEN_READ_WRITE | OpenFlags::SQLITE_OPEN_NO_MUTEX;
     // The part is locked already, in the way that all parts are; SQLite need not try in its own, which network drives may
     // not know.
-    let database = Connection::open_with_flags_and_vfs(part.path(), flags, c"unix-none")?;
+    let database = Connection::open_with_flags_and_vfs(part.path(), flags, c"unix-none").map_err(refused)?;
+    if database.is_readonly("main").map_err(refused)? {
+        // SQLite makes do with reading where it may not write, and says so only later.
+        return Err(OutputError::io(part.target(), "cannot write")(io::Error::last_os_error()));
+    }
     // The size of pages and the encoding are defaults, and part of the bytes: they are not left to the library.
-    database.execute_batch(
-        "PRAGMA page_size = 4096; PRAGMA encoding = 'UTF-8'; PRAGMA journal_mode = OFF; PRAGMA synchronous = OFF; \
-         PRAGMA auto_vacuum = NONE; PRAGMA cache_size = -2000; PRAGMA foreign_keys = OFF; BEGIN",
-    )?;
+    let options = "PRAGMA page_size = 4096; PRAGMA encoding = 'UTF-8'; PRAGMA journal_mode = OFF; PRAGMA synchronous = OFF; \
+         PRAGMA auto_vacuum = NONE; PRAGMA cache_size = -2000; PRAGMA foreign_keys = OFF; BEGIN";
+    database.execute_batch(options).map_err(refused)?;
     Ok(database)
 }
 
