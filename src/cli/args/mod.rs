@@ -98,8 +98,8 @@ pub(super) enum Command {
     Detect(DetectArgs),
     /// Describes a mesh, how it would be worked on, and about how long that would take.
     ///
-    /// Reads the file once, and works on a few pieces of it to see how long they take. Open borders and non-manifold edges are counted by `detect`, because they show only when
-    /// neighbouring faces are joined.
+    /// Reads the file once, and works on a few pieces of it to see how long they take. Open borders and non-manifold edges are
+    /// counted by `detect`, because they show only when neighbouring faces are joined.
     Info(InfoArgs),
     /// Compares two result files record by record.
     ///

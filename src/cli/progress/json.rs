@@ -1,10 +1,10 @@
 //! Progress for programs: one JSON object on each line.
 //!
-//! `event` is `resumed`, `started`, `advanced` or `finished`, `stage` one of
-//! `convert`, `order`, `scan`, `survey`, `tiles`, `stitch`, `write`. `done` and `total`
-//! count what `unit` says, since the start of the stage; a `total` of 0 means that it is not known. `seconds` is the time
-//! since the stage began, `remaining_seconds` what is left of it, or null, `allocated_bytes` what is allocated now and
-//! `allowed_bytes` what may be, or null. `resumed` comes before `started` if some tiles were done by an earlier run. Advances are summed up, so that there are at most ten lines a second.
+//! `event` is `resumed`, `started`, `advanced` or `finished`, `stage` one of `convert`, `order`, `scan`, `survey`, `tiles`,
+//! `stitch`, `write`. `done` and `total` count what `unit` says, since the start of the stage; a `total` of 0 means that it is
+//! not known. `seconds` is the time since the stage began, `remaining_seconds` what is left of it, or null, `allocated_bytes`
+//! what is allocated now and `allowed_bytes` what may be, or null. `resumed` comes before `started` if some tiles were done by
+//! an earlier run. Advances are summed up, so that there are at most ten lines a second.
 
 use super::meter::Memory;
 use super::tally::Tallies;
