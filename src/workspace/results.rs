@@ -51,9 +51,9 @@ pub enum Look {
     Bytes,
 }
 
-/// The name of the result of a cell.
+/// The name of the result of a cell, within the workspace.
 pub fn name_of(cell: u32) -> String {
-    format!("{cell:06}{EXTENSION}")
+    format!("{DIRECTORY}/{cell:06}{EXTENSION}")
 }
 
 /// Whether a file of this name is a result, or was to become one.
@@ -72,7 +72,7 @@ impl Results {
 
     /// Where the result of `cell` is.
     pub fn path(&self, cell: u32) -> PathBuf {
-        self.directory.join(name_of(cell))
+        self.directory.join(format!("{cell:06}{EXTENSION}"))
     }
 
     /// Where it is while this process writes it.
