@@ -3,7 +3,6 @@
 
 #[path = "support/read_lines.rs"]
 mod read_lines;
-#[allow(dead_code, reason = "other tests use more of it")]
 mod support;
 
 use crease::glam::DVec3;
