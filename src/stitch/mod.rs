@@ -9,7 +9,7 @@
 //! Everything that needs more than a tile happens here, on the small graph: joining across seams by global id, junctions,
 //! pruning by length, hysteresis by component, normalisation by the global maximum, and the final order. It is done
 //! component by component, each as soon as no tile can add to it ([`close`](fn@close) says when that is), so that neither
-//! the graph nor the lines are ever in memory as a whole. What waits and does not fit goes to the disk ([`shelf`]). The result is a function of the *set* of fragments; how many
+//! the graph nor the lines are ever in memory as a whole. What waits and does not fit goes to the disk (`shelf`). The result is a function of the *set* of fragments; how many
 //! tiles they came from, and in what order, cannot be seen in it.
 
 mod close;

@@ -7,7 +7,6 @@ use super::component::Part;
 use super::error::StitchError;
 use crate::spill::{BlockReader, Extent, SMALLEST_BLOCK, ScratchPlace, SpillError, SpillWriter};
 use glam::DVec3;
-use std::io;
 use std::path::Path;
 
 /// Elements of a block: half a megabyte of candidates.
@@ -129,8 +128,7 @@ impl Shelf {
 
 /// Only a type without a length of its own cannot be encoded, and a part is none.
 fn not_encoded(path: &Path) -> SpillError {
-    let source = io::ErrorKind::InvalidData.into();
-    SpillError::Io { path: path.to_owned(), action: "cannot encode a part of the lines", source }
+    SpillError::Corrupt { path: path.to_owned(), offset: 0, reason: "a part of the lines cannot be encoded" }
 }
 
 /// Gives back what was put on the shelf.
