@@ -404,28 +404,30 @@ fn what_cannot_be_written_is_refused_by_name() {
     assert!(warned.code == Some(0) && warned.err.contains("longitude and latitude"), "{warned:?}");
 }
 
-/// Killed between the names of two outputs, the same command gives all of them theirs.
+/// Killed between the names of two outputs, or between two tiles, the same command gives all of them theirs.
 #[test]
-fn a_run_that_dies_between_its_outputs_is_completed() {
+fn a_run_that_dies_is_completed() {
     let place = with("city");
     let words = "detect mesh.ply --quiet --tile-faces 3000 -o a.gpkg -o a.obj -o a.vtp --annotate a.ply";
     place.does(words);
     let names = ["a.gpkg", "a.obj", "a.vtp", "a.ply"];
     let whole = names.map(|name| place.read(name));
-    for n in 1..names.len() {
+    for (point, there) in
+        [("record-written:2", 0), ("output-renamed:1", 1), ("output-renamed:2", 2), ("output-renamed:3", 3)]
+    {
         names.iter().for_each(|name| fs::remove_file(place.path(name)).expect("remove"));
         let output = Command::new(env!("CARGO_BIN_EXE_crease"))
             .args(words.split_whitespace())
             .current_dir(place.path(""))
-            .env("CREASE_KILL_AT", format!("output-renamed:{n}"))
+            .env("CREASE_KILL_AT", point)
             .output()
             .expect("it runs");
-        assert_eq!(output.status.signal(), Some(9), "{output:?}");
-        assert_eq!(names.iter().filter(|name| place.path(name).exists()).count(), n);
+        assert_eq!(output.status.signal(), Some(9), "{point}: {output:?}");
+        assert_eq!(names.iter().filter(|name| place.path(name).exists()).count(), there, "{point}");
         place.does(words);
         for (name, whole) in names.iter().zip(&whole) {
-            assert!(place.read(name) == *whole, "{name}");
+            assert!(place.read(name) == *whole, "{point}: {name}");
         }
-        assert_eq!(place.names().len(), 1 + names.len(), "{:?}", place.names());
+        assert_eq!(place.names().len(), 1 + names.len(), "{point}: {:?}", place.names());
     }
 }
