@@ -1,3 +1,5 @@
+//! The command line, parsed: what becomes of words, and which are refused.
+
 use super::{Cli, Command, DetectArgs};
 use crate::config::{Limits, Method, PaperThresholds, Params, Sigma, Tiling, method};
 use crate::input::IoMode;

@@ -160,7 +160,7 @@ fn time_text(time: &TimePart, plan: &PlanPart) -> String {
     if let Some(seconds) = time.conversion_seconds {
         out.push_str(&entry("conversion", &took(seconds)));
     }
-    out.push_str(&entry("scan", &took(time.scan_seconds)));
+    out.push_str(&entry("scan and plan", &took(time.scan_seconds)));
     let Some(GuessPart {
         total_seconds,
         cpu_microseconds_per_face,
