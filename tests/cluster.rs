@@ -448,7 +448,7 @@ fn a_machine_with_less_memory_makes_the_same_bytes() {
         |place| _ = place.write("mesh.ply", &Mesh::roof(300).ply()),
         "--tile-faces 90000",
     );
-    case.place.does(&format!("tile work --memory 20MiB --threads 1 --tiles 0-{}", case.tiles - 1));
+    case.place.does(&format!("tile work --memory 32MiB --threads 1 --tiles 0-{}", case.tiles - 1));
     // A result has the head of a frame for each piece of its cell.
     let pieces = |tile| {
         let bytes = fs::read(case.result(tile)).expect("a result");

@@ -4,13 +4,13 @@
 //! there. A scheduler whose queue is empty says nothing of tasks that failed, so this looks at the files themselves.
 
 use crate::cli::args::StatusArgs;
-use crate::cli::console;
 use crate::cli::exit::{Exit, Failure};
 use crate::cli::planned::{PlannedJob, array};
 use crate::cli::text::{counted, entry, grouped};
+use crate::cli::{console, targets};
 use crate::workspace::{FoundResult, Look};
 use serde_json::json;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// What there is of a job.
 pub(super) struct Status {
@@ -41,7 +41,8 @@ impl Status {
             tiles: all.len() as u32,
             missing: those(|found| !matches!(found, FoundResult::Whole(_))),
             damaged: those(|found| *found == FoundResult::Damaged),
-            outputs: outputs.map(|all| all.iter().map(|output| here.join(output.path.path())).collect()),
+            outputs: outputs
+                .map(|all| all.iter().map(|output| place(&here.join(output.path.path()))).collect()),
         })
     }
 
@@ -49,6 +50,11 @@ impl Status {
     fn is_complete(&self) -> bool {
         self.missing.is_empty() && self.outputs.is_some()
     }
+}
+
+/// Without the way there.
+fn place(path: &Path) -> PathBuf {
+    targets::place(path).unwrap_or_else(|| path.to_owned())
 }
 
 /// Does what `args` ask for.
