@@ -194,14 +194,30 @@ export class View {
     const away = new Vector3().fromArray(FROM[from]).normalize();
     const right = new Vector3().crossVectors(this.camera.up, away).normalize(), up = new Vector3().crossVectors(away, right);
     const high = Math.tan((this.camera.fov / 2) * (Math.PI / 180)) * FILLED, wide = high * this.camera.aspect;
-    // So far away that all corners of the box are in the picture.
-    let distance = this.radius * 0.1;
-    for (let i = 0; i < 8 && !this.box.isEmpty(); i += 1) {
-      const corner = new Vector3(...["x", "y", "z"].map((axis, bit) => this.box[(i >> bit) & 1 ? "max" : "min"][axis])).sub(this.middle);
-      distance = Math.max(distance, corner.dot(away) + Math.max(Math.abs(corner.dot(right)) / wide, Math.abs(corner.dot(up)) / high));
+    const places = this.data.places.length > 0 ? this.data.places : this.data.lines.arrays.place;
+    const place = new Vector3(), middle = this.middle.clone();
+    let distance = 0;
+    // So far away that all of it is in the picture; moved so that there is as much room on all sides; and as near again as can be.
+    for (let round = 0; round < 3; round += 1) {
+      const most = { right: 0, left: 0, up: 0, down: 0 };
+      let needed = this.radius * 0.1;
+      for (let i = 0; i < places.length; i += 3) {
+        place.fromArray(places, i).sub(middle);
+        const depth = place.dot(away), x = place.dot(right), y = place.dot(up);
+        needed = Math.max(needed, depth + Math.abs(x) / wide, depth + Math.abs(y) / high);
+        if (distance > depth) {
+          const share = distance / (distance - depth);
+          most.right = Math.max(most.right, x * share);
+          most.left = Math.min(most.left, x * share);
+          most.up = Math.max(most.up, y * share);
+          most.down = Math.min(most.down, y * share);
+        }
+      }
+      distance = needed;
+      if (round === 1) middle.addScaledVector(right, (most.right + most.left) / 2).addScaledVector(up, (most.up + most.down) / 2);
     }
-    this.controls.target.copy(this.middle);
-    this.camera.position.copy(away).multiplyScalar(distance).add(this.middle);
+    this.controls.target.copy(middle);
+    this.camera.position.copy(away).multiplyScalar(distance).add(middle);
     this.controls.update();
     this.draw();
   }
