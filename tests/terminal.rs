@@ -23,7 +23,8 @@ fn with(names: &[&str]) -> Place {
 
 /// Long options of all commands, as the help has them.
 fn options(place: &Place) -> Vec<(&'static str, Vec<String>)> {
-    let commands = ["detect", "info", "diff", "clean", "completions", "man"];
+    let commands =
+        ["detect", "info", "diff", "clean", "plan", "tile", "stitch", "status", "completions", "man"];
     commands
         .map(|command| {
             let help = place.does(&format!("{command} --help"));

@@ -259,7 +259,7 @@ mod tests {
     use crate::cli::outcome::{Outcome, Used};
     use crate::config::{Limits, Method, PaperThresholds, Params};
     use crate::partition::{Bounds, Scan};
-    use crate::pipeline::{Detection, Stage, Work};
+    use crate::pipeline::{Detection, Stage, Waits, Work};
     use crate::refine::Bend;
     use crate::report::{Histogram, Histograms, Output};
     use crate::stitch::{Class, Defects, Geometry, Measures, Statistics, StitchWork};
@@ -290,7 +290,14 @@ mod tests {
             rewritten: false,
             temporary_bytes: 0,
             stitch: StitchWork::default(),
-            waits: crate::pipeline::Waits::default(),
+            waits: Waits {
+                for_memory: Duration::from_secs(1),
+                for_workers: Duration::from_secs(2),
+                for_tiles: Duration::from_millis(500),
+                for_committer: Duration::ZERO,
+                taken: 4,
+                ready: 3,
+            },
             stages: vec![(Stage::Scan, Duration::from_secs(1))],
         };
         let mut statistics = Statistics::default();
@@ -370,6 +377,7 @@ defects seen
 
 how it was done
   tiles             4 tiles, halo overhead 25.0 %, 1 region regrown
+  waiting           loading 1.00 s for memory, 2.00 s for workers; workers 0.50 s for tiles, 75 % lay ready
   threads           2, io auto
   wall time         2.00 s
   CPU time          not available

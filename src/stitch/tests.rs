@@ -372,7 +372,7 @@ fn what_outgrows_the_memory_waits_on_disk() {
         assert!(stitcher.open().bytes <= 3000);
         stitcher.done(TileId(tile)).expect("room");
     }
-    let files = || std::fs::read_dir(parent.path()).expect("list").count();
+    let files = || parent.path().read_dir().expect("list").count();
     assert_eq!(files(), 1, "nothing went to the disk");
     stitcher.finish().expect("it fits when it is alone");
     assert_eq!(files(), 0, "something was left behind");
