@@ -396,7 +396,8 @@ fn what_does_not_fit_alone_is_an_error_that_says_where() {
 
 #[test]
 fn seams_that_outgrow_the_memory_are_an_error() {
-    let mut open = OpenComponents::new(600, &std::env::temp_dir().as_path().into());
+    let parent = tempfile::tempdir().expect("a temporary directory");
+    let mut open = OpenComponents::new(600, &parent.path().into());
     open.add(open_part(0..4, 3, &[1])).expect("room for a component without its content");
     let error = open.add(open_part(8..12, 9, &[2])).expect_err("that is too much");
     assert!(matches!(error, StitchError::TooLarge { memory: 600, .. }), "{error}");
