@@ -33,6 +33,8 @@ enum Lines {
 
 /// Bytes for lines that are spilled.
 const LITTLE: u64 = 1 << 16;
+/// The same for what waits for other tiles: its seams stay in memory.
+const LITTLE_OPEN: u64 = 1 << 18;
 
 fn outcome(mesh: &Path, params: Params, limits: Limits, kept: Lines) -> Outcome {
     let dir = tempfile::tempdir().expect("a temporary directory");
@@ -54,7 +56,7 @@ fn outcome(mesh: &Path, params: Params, limits: Limits, kept: Lines) -> Outcome 
             (largest, found.work.tiles)
         }
         Lines::Spilled => {
-            let memory = LineMemory { open: LITTLE, last: u64::MAX, lines: LITTLE };
+            let memory = LineMemory { open: LITTLE_OPEN, last: u64::MAX, lines: LITTLE };
             let job = job.with_line_memory(memory).with_scratch(dir.path(), true);
             let found = job.run_stored(Some(&mut table)).unwrap_or_else(|e| panic!("{what}: {e}"));
             assert!(found.lines.spilled() || found.lines.counts().vertices < 200, "{}", mesh.display());
