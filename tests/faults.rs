@@ -77,7 +77,7 @@ impl Scene {
     /// A mesh in no order, and hardly any memory for anything.
     fn in_little_memory() -> Scene {
         let (input, work) = (Place::new(), Place::new());
-        input.write("mesh.ply", &scattered().ply());
+        input.write("mesh.ply", &Mesh::scattered().ply());
         let (words, program) = (String::new(), Program::Library);
         Scene { input, work, words, reading: false, program, expected: Vec::new() }.begun()
     }
@@ -235,18 +235,6 @@ fn harmless((call, path): &Site) -> bool {
 /// Where [`in_little_memory`] works, and on what; without them, there is nothing to do.
 const CHILD: &str = "CREASE_TEST_IN_LITTLE_MEMORY";
 const CHILD_INPUT: &str = "CREASE_TEST_INPUT";
-
-/// A roof whose faces and vertices come in no order, the same in every run.
-fn scattered() -> Mesh {
-    let roof = Mesh::roof(40);
-    let (n, m) = (roof.positions.len(), roof.faces.len());
-    // Both steps have no divisor in common with the lengths, so that each is met once.
-    let (vertex, face) = (|v: usize| v * 1013 % n, |f: usize| f * 1237 % m);
-    let mut mesh = roof.clone();
-    (0..n).for_each(|v| mesh.positions[vertex(v)] = roof.positions[v]);
-    (0..m).for_each(|f| mesh.faces[face(f)] = roof.faces[f].map(|v| vertex(v as usize) as u32));
-    mesh
-}
 
 #[test]
 fn in_little_memory() {

@@ -313,12 +313,7 @@ fn a_converted_mesh_is_annotated_as_converted() {
 /// Rows that go to buckets, places that are sorted on disk: the same bytes as where all fits.
 #[test]
 fn an_annotation_needs_no_memory() {
-    let roof = Mesh::roof(40);
-    let (n, m) = (roof.positions.len(), roof.faces.len());
-    let (vertex, face) = (|v: usize| v * 1013 % n, |f: usize| f * 1237 % m);
-    let mut mesh = roof.clone();
-    (0..n).for_each(|v| mesh.positions[vertex(v)] = roof.positions[v]);
-    (0..m).for_each(|f| mesh.faces[face(f)] = roof.faces[f].map(|v| vertex(v as usize) as u32));
+    let mesh = Mesh::scattered();
     let place = Place::new();
     let path = place.write("mesh.ply", &mesh.ply());
     let source = PlySource::open(&path, IoMode::Read).expect("a mesh");

@@ -213,10 +213,10 @@ impl OpenComponents {
         }
         self.held = self.held.combine(Held::of(&component), |a, b| a + b);
         self.components.insert(number, component);
+        self.peak = self.peak.combine(self.held, u64::max);
         if self.held.bytes > self.memory {
             self.shelve(number)?;
         }
-        self.peak = self.peak.combine(self.held, u64::max);
         Ok(None)
     }
 

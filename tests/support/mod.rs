@@ -56,6 +56,18 @@ pub struct Mesh {
 }
 
 impl Mesh {
+    /// A roof whose faces and vertices come in no order, the same in every run.
+    pub fn scattered() -> Mesh {
+        let roof = Mesh::roof(40);
+        let (n, m) = (roof.positions.len(), roof.faces.len());
+        // Both steps have no divisor in common with the lengths, so that each is met once.
+        let (vertex, face) = (|v: usize| v * 1013 % n, |f: usize| f * 1237 % m);
+        let mut mesh = roof.clone();
+        (0..n).for_each(|v| mesh.positions[vertex(v)] = roof.positions[v]);
+        (0..m).for_each(|f| mesh.faces[face(f)] = roof.faces[f].map(|v| vertex(v as usize) as u32));
+        mesh
+    }
+
     /// The mesh of `fixtures/meshes/{name}.ply`.
     pub fn of_fixture(name: &str) -> Mesh {
         let source = open(&fixture(&format!("meshes/{name}.ply")));
