@@ -9,7 +9,6 @@
 
 use super::sides::Work;
 use crate::config::method;
-use crate::math::Sym3;
 use crate::mesh::{Beyond, Field, TileMesh};
 use crate::partition::Scale;
 use crate::voting::{FaceGeometry, Vote};
@@ -18,34 +17,78 @@ use glam::DVec3;
 /// Faces around a vertex count at least so much of those at it: some have barycentres beyond any radius.
 const LEAST_NEARNESS: f64 = 0.1;
 
-/// Faces with an area near a vertex, by ascending id. Lengths in kh, relative to the vertex.
+/// Faces with an area near a vertex, as steps along one-rings come upon them: first those around the vertex, then those
+/// around its one-ring, then the others. That order is one of ids, and so the same in every tile. Lengths in kh, relative
+/// to the vertex. All arrays run parallel, so that sums and weights over all faces are made in lanes, and are longer than
+/// they must be: they grow to the largest patch.
 #[derive(Default)]
 pub(super) struct Patch {
-    /// The faces.
-    pub faces: Vec<PatchFace>,
+    /// Number of faces.
+    count: usize,
+    /// How many are around the vertex: the first ones.
+    own: usize,
+    /// How many are around the vertex and its one-ring: the first ones.
+    near: usize,
+    centres: Axes,
+    normals: Axes,
+    weights: Vec<f64>,
+    near_weights: Vec<f64>,
+    moments: Vec<Moments>,
+    /// Local indices.
+    ids: Vec<u32>,
     /// For each face and each of its sides the face there, by place; the number of faces where there is none.
     beside: Vec<[u32; 3]>,
     /// Pairs of faces at edges with more than two, both ways, by the first.
     crowded: Vec<(u32, u32)>,
-    /// Places of the faces around the vertex.
-    own: Vec<u32>,
 }
 
-/// A face of a patch.
-#[derive(Clone, Copy)]
-pub(super) struct PatchFace {
-    /// Barycentre.
-    pub centre: DVec3,
-    /// Mean of p p^T over the three corners p.
-    pub spread: Sym3,
-    /// Refined unit normal.
-    pub normal: DVec3,
-    /// Area times a weight that falls from 1 at the vertex to 0 at the radius.
-    pub weight: f64,
-    /// Area over 1 + distance^2 for the faces around the vertex and its one-ring, 0 for the others.
-    pub near: f64,
-    /// Local index.
-    id: u32,
+/// Vectors by coordinates.
+#[derive(Default)]
+pub(super) struct Axes {
+    x: Vec<f64>,
+    y: Vec<f64>,
+    z: Vec<f64>,
+}
+
+impl Axes {
+    fn make_room(&mut self, count: usize) {
+        [&mut self.x, &mut self.y, &mut self.z].into_iter().for_each(|axis| make_room(axis, count));
+    }
+
+    /// The first `count` of each coordinate.
+    #[inline]
+    pub fn first(&self, count: usize) -> [&[f64]; 3] {
+        [&self.x[..count], &self.y[..count], &self.z[..count]]
+    }
+
+    #[inline]
+    pub fn get(&self, i: usize) -> DVec3 {
+        DVec3::new(self.x[i], self.y[i], self.z[i])
+    }
+
+    #[inline]
+    fn set(&mut self, i: usize, v: DVec3) {
+        (self.x[i], self.y[i], self.z[i]) = (v.x, v.y, v.z);
+    }
+}
+
+/// At least `count` places. Never fewer: what is there is written over, and nothing has to be cleared or moved.
+fn make_room<T: Copy + Default>(list: &mut Vec<T>, count: usize) {
+    if list.len() < count {
+        list.resize(count, T::default());
+    }
+}
+
+/// Means over the three corners p of a face: 1; x, y, z; xx, yy, zz, yz, xz, xy.
+pub(super) type Moments = [f64; 10];
+
+/// The moments of a face with these corners and this barycentre.
+fn moments(corners: [DVec3; 3], centre: DVec3) -> Moments {
+    let [a, b, c] = corners;
+    let diag = (a * a + b * b + c * c) * (1.0 / 3.0);
+    let off = |p: DVec3| DVec3::new(p.y * p.z, p.x * p.z, p.x * p.y);
+    let off = (off(a) + off(b) + off(c)) * (1.0 / 3.0);
+    [1.0, centre.x, centre.y, centre.z, diag.x, diag.y, diag.z, off.x, off.y, off.z]
 }
 
 /// Memory that is used again from vertex to vertex.
@@ -54,10 +97,11 @@ pub(super) struct Scratch {
     pub patch: Patch,
     /// For the planes through it.
     pub work: Work,
-    ball: SparseSet,
-    faces: SparseSet,
-    /// Faces, twice; and one more if they are not around the vertex or its one-ring.
-    order: Vec<u32>,
+    ball: Vec<u32>,
+    vertices: Stamps,
+    faces: Stamps,
+    /// Faces around the ball, each once.
+    met: Vec<u32>,
 }
 
 impl Scratch {
@@ -66,42 +110,56 @@ impl Scratch {
         Scratch {
             patch: Patch::default(),
             work: Work::default(),
-            ball: SparseSet::new(mesh.vertex_count()),
-            faces: SparseSet::new(mesh.face_count()),
-            order: Vec::new(),
+            ball: Vec::new(),
+            vertices: Stamps::new(mesh.vertex_count()),
+            faces: Stamps::new(mesh.face_count()),
+            met: Vec::new(),
         }
     }
 }
 
-/// A set of numbers below a bound that inserts and forgets in constant time (Briggs and Torczon 1993): `place` says where a
-/// member is, and means nothing for others. Of its memory only those pages are ever there where members were.
-struct SparseSet {
-    place: Vec<u32>,
-    members: Vec<u32>,
+/// A number for some of the indices below a bound, all forgotten in constant time: each comes with the stamp of its day. Of
+/// its memory only those pages are ever there where something was put.
+struct Stamps {
+    slots: Vec<u64>,
+    today: u32,
 }
 
-impl SparseSet {
-    fn new(bound: usize) -> SparseSet {
-        SparseSet { place: vec![0; bound], members: Vec::new() }
+impl Stamps {
+    fn new(bound: usize) -> Stamps {
+        // Day 0 is that of all slots that were never written.
+        Stamps { slots: vec![0; bound], today: 0 }
     }
 
-    /// Whether `x` was not in the set before.
-    #[inline]
-    fn insert(&mut self, x: u32) -> bool {
-        let place = &mut self.place[x as usize];
-        if self.members.get(*place as usize) == Some(&x) {
-            return false;
+    fn forget(&mut self) {
+        if self.today == u32::MAX {
+            self.slots.fill(0);
+            self.today = 0;
         }
-        *place = self.members.len() as u32;
-        self.members.push(x);
-        true
+        self.today += 1;
     }
 
-    /// Where `x` is among the members.
     #[inline]
-    fn place_of(&self, x: u32) -> Option<u32> {
-        let place = self.place[x as usize];
-        (self.members.get(place as usize) == Some(&x)).then_some(place)
+    fn put(&mut self, x: u32, number: u32) {
+        self.slots[x as usize] = u64::from(self.today) << 32 | u64::from(number);
+    }
+
+    /// Puts `number` if there is none, and says so.
+    #[inline]
+    fn put_first(&mut self, x: u32, number: u32) -> bool {
+        let slot = &mut self.slots[x as usize];
+        let first = (*slot >> 32) as u32 != self.today;
+        let new = u64::from(self.today) << 32 | u64::from(number);
+        // Without a branch: which way it goes cannot be guessed.
+        *slot = if first { new } else { *slot };
+        first
+    }
+
+    /// The number of `x`, `otherwise` if it has none.
+    #[inline]
+    fn get_or(&self, x: u32, otherwise: u32) -> u32 {
+        let slot = self.slots[x as usize];
+        if (slot >> 32) as u32 == self.today { slot as u32 } else { otherwise }
     }
 }
 
@@ -124,75 +182,87 @@ pub(super) struct Surface<'a> {
 impl Surface<'_> {
     /// The patch of radius `radius` (in kh) around `v`, as `scratch.patch`.
     pub fn patch(&self, v: u32, radius: f64, scratch: &mut Scratch) {
-        let mesh = self.mesh;
-        let (origin, per_unit) = (mesh.position(v), 1.0 / self.scale.length(1.0));
-        self.gather(v, radius * self.scale.length(1.0), scratch);
-        let Scratch { patch, order, faces, .. } = scratch;
-        patch.faces.clear();
-        patch.own.clear();
+        let (mesh, per_unit) = (self.mesh, 1.0 / self.scale.length(1.0));
+        let near = self.gather(v, radius * self.scale.length(1.0), scratch);
+        let Scratch { patch, met, faces, .. } = scratch;
+        let met = &met[..near.most];
+        patch.make_room(met.len());
+        faces.forget();
+        let origin = mesh.position(v);
         let inverse2 = 1.0 / (radius * radius);
-        for &key in &*order {
-            let (id, near) = (key >> 1, key & 1 == 0);
-            let area = self.faces.areas[id as usize] * (per_unit * per_unit);
-            let of_face = mesh.corners[id as usize];
-            let corners = of_face.map(|u| (mesh.position(u) - origin) * per_unit);
+        let mut count = 0;
+        for (i, &f) in met.iter().enumerate() {
+            let area = self.faces.areas[f as usize] * (per_unit * per_unit);
+            let corners = mesh.corners[f as usize].map(|u| (mesh.position(u) - origin) * per_unit);
             let centre = (corners[0] + corners[1] + corners[2]) * (1.0 / 3.0);
             let distance2 = centre.dot(centre);
-            let own = of_face.contains(&v);
+            let least = if i < near.own { LEAST_NEARNESS } else { 0.0 };
             let nearness = 1.0 - distance2 * inverse2;
-            let nearness = nearness.max(if own { LEAST_NEARNESS } else { 0.0 });
-            if area > 0.0 && (nearness > 0.0 || near) {
-                let mut spread = Sym3::default();
-                corners.iter().for_each(|&p| spread.add(&Sym3::outer(p, 1.0 / 3.0)));
-                if own {
-                    patch.own.push(patch.faces.len() as u32);
-                }
-                patch.faces.push(PatchFace {
-                    centre,
-                    spread,
-                    normal: self.normals[id as usize],
-                    weight: area * nearness * nearness,
-                    near: if near { area / (1.0 + distance2) } else { 0.0 },
-                    id,
-                });
+            let nearness = if nearness > least { nearness } else { least };
+            if area > 0.0 && (nearness > 0.0 || i < near.all) {
+                faces.put(f, count as u32);
+                patch.ids[count] = f;
+                patch.centres.set(count, centre);
+                patch.normals.set(count, self.normals[f as usize]);
+                patch.weights[count] = area * nearness * nearness;
+                patch.near_weights[count] = area / (1.0 + distance2);
+                patch.moments[count] = moments(corners, centre);
+                count += 1;
+            }
+            // Until the last of them has come in.
+            if i < near.own {
+                patch.own = count;
+            }
+            if i < near.all {
+                patch.near = count;
             }
         }
+        patch.count = count;
         patch.join(mesh, faces);
         self.orient(v, patch);
     }
 
-    /// The faces around the vertices that one-ring steps inside `radius` (mesh units) lead to through no hub, in ascending
-    /// `order`.
-    fn gather(&self, v: u32, radius: f64, scratch: &mut Scratch) {
-        let Scratch { ball, faces, order, .. } = scratch;
+    /// The faces around the vertices that one-ring steps inside `radius` (mesh units) lead to through no hub: the first
+    /// ones of `scratch.met`.
+    fn gather(&self, v: u32, radius: f64, scratch: &mut Scratch) -> Near {
+        let Scratch { ball, vertices, faces, met, .. } = scratch;
         let origin = self.mesh.position(v);
         let radius2 = radius * radius;
-        ball.members.clear();
-        ball.insert(v);
-        let (mut next, mut nearest) = (0, 1);
-        while next < ball.members.len() {
-            let u = ball.members[next];
-            let ring = if self.mesh.is_hub(u) { &[] } else { self.mesh.ring_of(u) };
-            for &w in ring {
-                let e = self.mesh.position(w) - origin;
-                if e.dot(e) <= radius2 && ball.members.len() < method::FIT_MOST {
-                    ball.insert(w);
+        vertices.forget();
+        faces.forget();
+        vertices.put(v, 0);
+        make_room(ball, 1);
+        ball[0] = v;
+        let (mut count, mut next, mut ring_end) = (1, 0, 1);
+        let mut near = Near { own: 0, all: 0, most: 0 };
+        while next < count {
+            let u = ball[next];
+            if !self.mesh.is_hub(u) {
+                let ring = self.mesh.ring_of(u);
+                make_room(ball, count + ring.len());
+                for &w in ring {
+                    let e = self.mesh.position(w) - origin;
+                    // Without branches, as in `put_first`.
+                    ball[count] = w;
+                    let inside = e.dot(e) <= radius2;
+                    count += usize::from(vertices.put_first(w, 0) & inside & (count < method::FIT_MOST));
+                }
+                let around = self.faces_around(u);
+                make_room(met, near.most + around.len());
+                for &f in around {
+                    met[near.most] = f;
+                    near.most += usize::from(faces.put_first(f, 0));
                 }
             }
             if next == 0 {
-                nearest = ball.members.len();
+                (ring_end, near.own) = (count, near.most);
             }
             next += 1;
+            if next == ring_end {
+                near.all = near.most;
+            }
         }
-        faces.members.clear();
-        order.clear();
-        for (i, &u) in ball.members.iter().enumerate().filter(|(_, u)| !self.mesh.is_hub(**u)) {
-            let far = u32::from(i >= nearest);
-            let around = self.faces_around(u).iter().filter(|&&f| faces.insert(f));
-            // A tile has fewer than 2^31 faces.
-            order.extend(around.map(|&f| 2 * f + far));
-        }
-        order.sort_unstable();
+        near
     }
 
     /// Faces around `u`, whose refined normals must be known.
@@ -204,16 +274,15 @@ impl Surface<'_> {
 
     /// Turns the normals to the side of the vertex normal where windings disagree, face by face over edges.
     fn orient(&self, v: u32, patch: &mut Patch) {
-        let opposed_to = |i: u32, patch: &Patch| self.faces.opposed_to(patch.faces[i as usize].id);
-        let all = 0..patch.faces.len() as u32;
-        if self.faces.opposed.is_none() || all.clone().all(|i| opposed_to(i, patch).is_empty()) {
+        let opposed_to = |i: u32, patch: &Patch| self.faces.opposed_to(patch.ids[i as usize]);
+        if self.faces.opposed.is_none() || (0..patch.len() as u32).all(|i| opposed_to(i, patch).is_empty()) {
             return;
         }
         let vote = self.votes.get(v);
         let up = vote.t.cross(vote.b);
-        let mut todo = patch.own.clone();
-        let mut turned: Vec<Option<bool>> = vec![None; patch.faces.len()];
-        todo.iter().for_each(|&i| turned[i as usize] = Some(patch.faces[i as usize].normal.dot(up) < 0.0));
+        let mut todo: Vec<u32> = (0..patch.own as u32).collect();
+        let mut turned: Vec<Option<bool>> = vec![None; patch.len()];
+        todo.iter().for_each(|&i| turned[i as usize] = Some(patch.normals.get(i as usize).dot(up) < 0.0));
         let mut next = 0;
         while next < todo.len() {
             let i = todo[next];
@@ -221,101 +290,152 @@ impl Surface<'_> {
             let opposed = opposed_to(i, patch);
             patch.beside(i, |j| {
                 if turned[j as usize].is_none() {
-                    let other = opposed.contains(&patch.faces[j as usize].id);
+                    let other = opposed.contains(&patch.ids[j as usize]);
                     turned[j as usize] = turned[i as usize].map(|t| t != other);
                     todo.push(j);
                 }
             });
         }
-        for (face, turned) in patch.faces.iter_mut().zip(turned) {
-            if turned == Some(true) {
-                face.normal = -face.normal;
-            }
+        for (i, _) in turned.into_iter().enumerate().filter(|(_, turned)| *turned == Some(true)) {
+            patch.normals.set(i, -patch.normals.get(i));
         }
     }
 }
 
+/// How many faces of a list are around the vertex, around it or its one-ring, and in the list: each the first ones.
+struct Near {
+    own: usize,
+    all: usize,
+    most: usize,
+}
+
 impl Patch {
-    /// Finds the faces that share edges; `places` is used for that.
-    fn join(&mut self, mesh: &TileMesh, places: &mut SparseSet) {
-        let Patch { faces, beside, crowded, .. } = self;
-        places.members.clear();
-        faces.iter().for_each(|face| _ = places.insert(face.id));
-        let nobody = faces.len() as u32;
-        beside.clear();
+    /// Number of faces.
+    pub fn len(&self) -> usize {
+        self.count
+    }
+
+    /// Barycentres.
+    pub fn centres(&self) -> [&[f64]; 3] {
+        self.centres.first(self.count)
+    }
+
+    /// Refined unit normals.
+    pub fn normals(&self) -> [&[f64]; 3] {
+        self.normals.first(self.count)
+    }
+
+    /// One of them.
+    #[inline]
+    pub fn normal(&self, i: usize) -> DVec3 {
+        self.normals.get(i)
+    }
+
+    /// Areas times a weight that falls from 1 at the vertex to 0 at the radius.
+    pub fn weights(&self) -> &[f64] {
+        &self.weights[..self.count]
+    }
+
+    /// Area over 1 + distance^2, of the faces around the vertex and its one-ring: the first ones of the patch.
+    pub fn near(&self) -> &[f64] {
+        &self.near_weights[..self.near]
+    }
+
+    /// What planes are fitted to.
+    pub fn moments(&self) -> &[Moments] {
+        &self.moments[..self.count]
+    }
+
+    /// Room for `count` faces; none is there.
+    fn make_room(&mut self, count: usize) {
+        (self.count, self.own, self.near) = (0, 0, 0);
+        [&mut self.centres, &mut self.normals].into_iter().for_each(|axes| axes.make_room(count));
+        [&mut self.weights, &mut self.near_weights].into_iter().for_each(|list| make_room(list, count));
+        make_room(&mut self.moments, count);
+        make_room(&mut self.ids, count);
+        make_room(&mut self.beside, count);
+    }
+
+    /// Finds the faces that share edges, by the place of each.
+    fn join(&mut self, mesh: &TileMesh, places: &Stamps) {
+        let Patch { count, ids, beside, crowded, .. } = self;
+        let nobody = *count as u32;
         crowded.clear();
-        for (i, face) in faces.iter().enumerate() {
-            beside.push([0, 1, 2].map(|side| match mesh.across.beyond(face.id, side) {
-                Beyond::Nothing => nobody,
-                Beyond::One(g) => places.place_of(g).unwrap_or(nobody),
-                Beyond::Several => {
-                    mesh.faces_beyond(face.id, side, |g| {
-                        crowded.extend(places.place_of(g).map(|j| (i as u32, j)));
-                    });
-                    nobody
-                }
-            }));
+        for (i, (&f, beside)) in ids[..*count].iter().zip(beside).enumerate() {
+            for (side, place) in beside.iter_mut().enumerate() {
+                *place = match mesh.across.beyond(f, side) {
+                    Beyond::Nothing => nobody,
+                    Beyond::One(g) => places.get_or(g, nobody),
+                    Beyond::Several => {
+                        mesh.faces_beyond(f, side, |g| match places.get_or(g, nobody) {
+                            j if j == nobody => (),
+                            j => crowded.push((i as u32, j)),
+                        });
+                        nobody
+                    }
+                };
+            }
         }
     }
 
     /// Calls `visit` with each face that shares an edge with face `i`.
     #[inline]
     fn beside(&self, i: u32, mut visit: impl FnMut(u32)) {
-        let nobody = self.faces.len() as u32;
+        let nobody = self.len() as u32;
         self.beside[i as usize].iter().filter(|&&j| j != nobody).for_each(|&j| visit(j));
         let first = self.crowded.partition_point(|pair| pair.0 < i);
         self.crowded[first..].iter().take_while(|pair| pair.0 == i).for_each(|pair| visit(pair.1));
     }
 
-    /// Weighs all faces, and finds those of positive weight that are connected over edges to those around the vertex or, if
-    /// it has none, to those around its one-ring.
-    pub fn connected(&self, weight: impl Fn(usize, &PatchFace) -> f64, found: &mut Connected) {
-        let Connected { weights, faces, open, .. } = found;
-        weights.clear();
-        weights.extend(self.faces.iter().enumerate().map(|(i, face)| weight(i, face)));
-        open.clear();
-        open.extend(weights.iter().map(|&weight| u8::from(weight > 0.0)));
-        // Nobody's place.
-        open.push(0);
-        // Every face comes in once, and behind the last there is room for what may not come in.
-        faces.clear();
-        faces.resize(self.faces.len() + 1, 0);
-        let mut count = 0;
-        let mut meet = |j: u32, open: &mut [u8], faces: &mut [u32]| {
-            // Without a branch: which way it goes cannot be guessed.
-            faces[count] = j;
-            count += usize::from(std::mem::take(&mut open[j as usize]));
-            count
+    /// Finds the faces of positive weight that are connected over edges to those around the vertex or, if it has none, to
+    /// those around its one-ring.
+    pub fn connect(&self, side: &mut Side) {
+        let Side { weights, faces, open, .. } = side;
+        make_room(open, self.len() + 1);
+        make_room(faces, self.len() + 1);
+        // The last is nobody's place; behind the last face is room for what may not come in.
+        let (open, faces) = (&mut open[..=self.len()], &mut faces[..=self.len()]);
+        open.iter_mut().zip(&*weights).for_each(|(open, &weight)| *open = u8::from(weight > 0.0));
+        open[self.len()] = 0;
+        let mut meet = |j: u32, count: &mut usize, faces: &mut [u32]| {
+            // Every face comes in once. Without a branch: which way it goes cannot be guessed.
+            faces[*count] = j;
+            *count += usize::from(std::mem::take(&mut open[j as usize]));
         };
-        let mut end = 0;
-        self.own.iter().for_each(|&i| end = meet(i, open, faces));
-        if end == 0 {
-            let near = (0..).zip(&self.faces).filter(|(_, face)| face.near > 0.0);
-            near.for_each(|(i, _)| end = meet(i, open, faces));
+        let mut count = 0;
+        (0..self.own as u32).for_each(|i| meet(i, &mut count, faces));
+        if count == 0 {
+            (0..self.near as u32).for_each(|i| meet(i, &mut count, faces));
         }
         let mut next = 0;
-        while next < end {
+        while next < count {
             let i = faces[next];
             next += 1;
-            for j in self.beside[i as usize] {
-                end = meet(j, open, faces);
-            }
+            self.beside[i as usize].iter().for_each(|&j| meet(j, &mut count, faces));
             if !self.crowded.is_empty() {
-                self.beside(i, |j| end = meet(j, open, faces));
+                self.beside(i, |j| meet(j, &mut count, faces));
             }
         }
-        faces.truncate(end);
+        side.count = count;
     }
 }
 
-/// Connected faces, and what is needed to find them.
+/// A part of a patch that a plane may be fitted to.
 #[derive(Default)]
-pub(super) struct Connected {
+pub(super) struct Side {
     /// The weight of each face of the patch.
     pub weights: Vec<f64>,
-    /// Places of the connected faces in the patch, as steps over edges lead to them. That order is one of ids and corners,
-    /// and so the same in every tile.
-    pub faces: Vec<u32>,
+    /// Places of the connected faces in the patch; the first `count` of them.
+    faces: Vec<u32>,
+    count: usize,
     /// 1 for a face of positive weight that was not met yet.
     open: Vec<u8>,
+}
+
+impl Side {
+    /// Places of the connected faces in the patch, as steps over edges lead to them. That order is one of ids and corners,
+    /// and so the same in every tile.
+    pub fn faces(&self) -> &[u32] {
+        &self.faces[..self.count]
+    }
 }

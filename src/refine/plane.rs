@@ -4,7 +4,7 @@
 //! to positions, and refined normals say only which faces belong to it, and which way it tilts where positions are too few
 //! to tell.
 
-use super::patch::{Connected, Patch};
+use super::patch::{Moments, Patch, Side};
 use crate::config::method;
 use crate::math::{Sym3, frame, unit};
 use glam::DVec3;
@@ -20,32 +20,49 @@ pub(super) struct Plane {
     pub variance: f64,
 }
 
-/// How well two normals agree: 1 if equal, 0 from a chord of `FIT_WIDTH` on.
-pub(super) fn agreement(a: DVec3, b: DVec3) -> f64 {
-    let d = a - b;
-    let t = (1.0 - d.dot(d) / (method::FIT_WIDTH * method::FIT_WIDTH)).max(0.0);
+/// How well two normals agree whose difference has this square: 1 if they are equal, 0 from a chord of `FIT_WIDTH` on.
+#[inline]
+fn agreement_at(chord2: f64) -> f64 {
+    let t = 1.0 - chord2 * (1.0 / (method::FIT_WIDTH * method::FIT_WIDTH));
+    let t = if t > 0.0 { t } else { 0.0 };
     t * t
 }
 
-/// The weighted mean of the normals of connected faces, of unit length.
-pub(super) fn mean_normal(patch: &Patch, connected: &Connected) -> DVec3 {
-    let weighted = |&i: &u32| patch.faces[i as usize].normal * connected.weights[i as usize];
-    unit(connected.faces.iter().map(weighted).fold(DVec3::ZERO, |sum, n| sum + n))
+/// How well two normals agree.
+pub(super) fn agreement(a: DVec3, b: DVec3) -> f64 {
+    let d = a - b;
+    agreement_at(d.dot(d))
 }
 
-/// The plane through the corners of connected faces (at least one), written as heights over the plane of `normal`:
+/// The same of `normal` with normal `i` of many: a loop over these is made in lanes.
+#[inline]
+pub(super) fn agreement_with([x, y, z]: [&[f64]; 3], i: usize, normal: DVec3) -> f64 {
+    let (dx, dy, dz) = (x[i] - normal.x, y[i] - normal.y, z[i] - normal.z);
+    agreement_at(dx * dx + dy * dy + dz * dz)
+}
+
+/// The weighted mean of the normals of a side, of unit length.
+pub(super) fn mean_normal(patch: &Patch, side: &Side) -> DVec3 {
+    let weighted = |&i: &u32| patch.normal(i as usize) * side.weights[i as usize];
+    unit(side.faces().iter().map(weighted).fold(DVec3::ZERO, |sum, n| sum + n))
+}
+
+/// The plane through the corners of the faces of a side (at least one), written as heights over the plane of `normal`:
 /// z = a + b x + c y. What is summed are moments in the axes of the mesh, as the patch has them; only the sums are turned
 /// into the frame of the normal.
-pub(super) fn fit_plane(patch: &Patch, connected: &Connected, normal: DVec3) -> Plane {
-    let (mut total, mut squares) = (0.0, 0.0);
-    let (mut first, mut second) = (DVec3::ZERO, Sym3::default());
-    for &i in &connected.faces {
-        let (face, weight) = (&patch.faces[i as usize], connected.weights[i as usize]);
-        total += weight;
+pub(super) fn fit_plane(patch: &Patch, side: &Side, normal: DVec3) -> Plane {
+    let moments = patch.moments();
+    let (mut sums, mut squares): (Moments, f64) = Default::default();
+    for &i in side.faces() {
+        let (of_face, weight) = (&moments[i as usize], side.weights[i as usize]);
         squares += weight * weight;
-        first += face.centre * weight;
-        second.add(&face.spread.scaled(weight));
+        for (sum, moment) in sums.iter_mut().zip(of_face) {
+            *sum += moment * weight;
+        }
     }
+    let [total, fx, fy, fz, xx, yy, zz, yz, xz, xy] = sums;
+    let first = DVec3::new(fx, fy, fz);
+    let second = Sym3 { diag: DVec3::new(xx, yy, zz), off: DVec3::new(yz, xz, xy) };
     let [x, y] = frame(normal);
     let (sx, sy, sz) = (second.times(x), second.times(y), second.times(normal));
     let pull = total * method::FIT_PULL * method::FIT_PULL;
