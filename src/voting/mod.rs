@@ -8,10 +8,12 @@ mod levels;
 mod near;
 mod normals;
 mod paper;
+mod refine;
 mod tensor;
 
 pub use classify::{Stop, Surroundings, on_boundary, stops, surroundings};
 pub use levels::Levels;
-pub use normals::{FaceGeometry, Noise, refine, rounds};
+pub use normals::{FaceGeometry, Noise, rounds};
 pub use paper::{Initial, Voters, omega, paper_stops, paper_votes};
+pub use refine::refine;
 pub use tensor::{Token, Vote, first_votes, vote_again, votes, widen};

@@ -1,21 +1,22 @@
 //! The faces of a tile under numbers that are near each other where the faces are.
 //!
-//! In: a tile mesh, whose faces are numbered as in the file. Out: the same faces and vertices renumbered along steps from
-//! face to face, where the order of the file leads from one end of the tile to the other: each round of refinement reads
-//! a dozen faces around each face, and would wait for memory most of the time. Rows keep their order, so that sums over them
-//! are the same sums.
+//! In: a tile mesh, whose faces are numbered as in the file. Out: other numbers, along steps from face to face, where the
+//! order of the file leads from one end of the tile to the other: each round of refinement reads a dozen faces around each
+//! face, and would wait for memory most of the time.
 
-use crate::mesh::{Csr, TileMesh};
-use std::borrow::Cow;
+use crate::mesh::TileMesh;
 
-/// Faces and the faces around their corners.
-pub struct Near<'a> {
-    /// For each face under its new number, that of the tile; nothing where they are the same.
-    old: Option<Vec<u32>>,
-    /// Corners of each face, under the numbers that `around` knows.
-    corners: Cow<'a, [[u32; 3]]>,
-    /// Faces around each corner, in the order of the tile, under new numbers.
-    around: Cow<'a, Csr>,
+/// Numbers of faces.
+pub struct Near {
+    /// Nothing where they are those of the tile.
+    renumbered: Option<Renumbered>,
+}
+
+struct Renumbered {
+    /// The number in the tile of each face.
+    in_tile: Vec<u32>,
+    /// The other way round.
+    in_order: Vec<u32>,
 }
 
 /// Faces with numbers that differ by less are near each other: their normals and areas fit into the cache of a core.
@@ -27,57 +28,36 @@ const RARE: usize = 8;
 /// Every so many faces are looked at.
 const STRIDE: usize = 61;
 
-impl<'a> Near<'a> {
+impl Near {
     /// Renumbers the faces of `mesh`, if that is worth it and somebody wants it.
-    pub fn new(mesh: &'a TileMesh, wanted: bool) -> Near<'a> {
-        if !wanted || is_coherent(mesh) { Near::as_they_are(mesh) } else { Near::renumbered(mesh) }
+    pub fn new(mesh: &TileMesh, wanted: bool) -> Near {
+        if !wanted || is_coherent(mesh) { Near { renumbered: None } } else { Near::along_edges(mesh) }
     }
 
-    /// With the numbers of the tile.
-    fn as_they_are(mesh: &'a TileMesh) -> Near<'a> {
-        Near { old: None, corners: Cow::Borrowed(&mesh.corners), around: Cow::Borrowed(&mesh.faces_around) }
-    }
-
-    fn renumbered(mesh: &TileMesh) -> Near<'a> {
-        let order = along_edges(mesh);
-        let mut place = vec![0u32; order.len()];
-        order.iter().zip(0..).for_each(|(&f, new)| place[f as usize] = new);
-        // Vertices as the faces meet them.
-        const UNMET: u32 = u32::MAX;
-        let mut number = vec![UNMET; mesh.vertex_count()];
-        let mut met: Vec<u32> = Vec::with_capacity(mesh.vertex_count());
-        let mut meet = |v: u32| {
-            let number = &mut number[v as usize];
-            if *number == UNMET {
-                *number = met.len() as u32;
-                met.push(v);
-            }
-            *number
-        };
-        let corners: Vec<[u32; 3]> = order.iter().map(|&f| mesh.corners[f as usize].map(&mut meet)).collect();
-        let lengths = met.iter().map(|&v| mesh.faces_around.row(v).len() as u32);
-        let items = met.iter().flat_map(|&v| mesh.faces_around.row(v)).map(|&f| place[f as usize]).collect();
-        let around = Csr::from_rows(lengths, items);
-        Near { old: Some(order), corners: Cow::Owned(corners), around: Cow::Owned(around) }
+    fn along_edges(mesh: &TileMesh) -> Near {
+        let in_tile = along_edges(mesh);
+        let mut in_order = vec![0u32; in_tile.len()];
+        in_tile.iter().zip(0..).for_each(|(&f, new)| in_order[f as usize] = new);
+        Near { renumbered: Some(Renumbered { in_tile, in_order }) }
     }
 
     /// The number in the tile of face `f`.
     #[inline]
     pub fn in_tile(&self, f: u32) -> u32 {
-        self.old.as_ref().map_or(f, |old| old[f as usize])
+        self.renumbered.as_ref().map_or(f, |numbers| numbers.in_tile[f as usize])
     }
 
-    /// The faces around each corner of face `f`.
+    /// The number of the face that has number `f` in the tile.
     #[inline]
-    pub fn around(&self, f: u32) -> [&[u32]; 3] {
-        self.corners[f as usize].map(|v| self.around.row(v))
+    pub fn in_order(&self, f: u32) -> u32 {
+        self.renumbered.as_ref().map_or(f, |numbers| numbers.in_order[f as usize])
     }
 
     /// `values` of faces under their numbers in the tile.
     pub fn back<T: Copy + Default>(&self, values: Vec<T>) -> Vec<T> {
-        let Some(old) = &self.old else { return values };
+        let Some(Renumbered { in_tile, .. }) = &self.renumbered else { return values };
         let mut back = vec![T::default(); values.len()];
-        old.iter().zip(values).for_each(|(&f, value)| back[f as usize] = value);
+        in_tile.iter().zip(values).for_each(|(&f, value)| back[f as usize] = value);
         back
     }
 }
@@ -144,14 +124,13 @@ mod tests {
     }
 
     #[test]
-    fn renumbered_faces_have_the_same_faces_around_in_the_same_order() {
+    fn faces_have_numbers_as_steps_over_edges_lead_to_them() {
         let mesh = strip(101, 37);
-        let near = Near::renumbered(&mesh);
-        for f in 0..101 {
-            let old = near.in_tile(f);
-            let expected = mesh.corners[old as usize].map(|v| mesh.faces_around.row(v).to_vec());
-            let found = near.around(f).map(|row| row.iter().map(|&g| near.in_tile(g)).collect::<Vec<_>>());
-            assert_eq!(found, expected);
+        let near = Near::along_edges(&mesh);
+        for f in 0..100 {
+            let (here, next) = (near.in_tile(f), near.in_tile(f + 1));
+            assert_eq!(next, (here + 37) % 101, "the strip goes on");
+            assert_eq!(near.in_order(here), f);
         }
         let numbers: Vec<u32> = (0..101).map(|f| near.in_tile(f)).collect();
         assert_eq!(near.back(numbers), (0..101).collect::<Vec<_>>());

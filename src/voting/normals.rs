@@ -1,15 +1,10 @@
-//! Step A: face normals vote for each other until the noise is gone and the creases are not.
+//! Step A, first half: normals, and how noisy they are.
 //!
-//! In: a tile mesh. Out: unit normals, areas, the local noise level s0 as a number of rounds K, and refined normals where
-//! the halo asked for them. Guy and Medioni (1997) let tokens refine each other before they vote; the kernel is that of a
-//! bilateral filter, with two departures: its range is scaled by the local noise, and a face stops after as many rounds as
-//! its noise asks for.
+//! In: a tile mesh. Out: unit normals, areas, and the local noise level s0 as a number K of rounds of refinement.
 
 use super::levels::{Levels, each_distinct};
-use super::near::Near;
 use crate::config::method;
-use crate::math::{DEGREE, unit};
-use crate::mesh::{Beyond, Csr, EdgeUse, HUB, TileMesh};
+use crate::mesh::{Beyond, Csr, EdgeUse, TileMesh};
 use crate::partition::{Cube, Lattice, Region, Scale};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -51,7 +46,7 @@ impl FaceGeometry {
 /// The normal of `g` as a face with normal `own` should count it: turned round if the two are wound against each other
 /// (`g` is among `opposed`) and disagree.
 #[inline]
-fn seen_from(own: DVec3, opposed: &[u32], g: u32, normal: DVec3) -> DVec3 {
+pub(super) fn seen_from(own: DVec3, opposed: &[u32], g: u32, normal: DVec3) -> DVec3 {
     if !opposed.is_empty() && own.dot(normal) < 0.0 && opposed.contains(&g) { -normal } else { normal }
 }
 
@@ -140,116 +135,4 @@ impl<'a> Noise<'a> {
 pub fn rounds(scale: &Scale, s0: f64) -> u32 {
     let most = scale.rounds(method::REFINE_ROUNDS) as f64;
     (method::REFINE_SLOPE * s0 * scale.k * scale.k + 0.5).floor().min(most) as u32
-}
-
-/// Refines the normals: face `f` takes part in its first `needed[f]` rounds. `s0[f]` must be known where that is not 0.
-/// `shortcuts` has faces renumbered for it where they lie in no good order.
-pub fn refine(
-    mesh: &TileMesh,
-    faces: &FaceGeometry,
-    scale: &Scale,
-    s0: &[Option<f64>],
-    needed: &[u32],
-    shortcuts: bool,
-) -> Vec<DVec3> {
-    let near = Near::new(mesh, shortcuts);
-    let in_order = 0..mesh.face_count() as u32;
-    let mut voters: Vec<Voter> = in_order
-        .clone()
-        .map(|f| near.in_tile(f) as usize)
-        .map(|f| Voter { normal: faces.normals[f], area: faces.areas[f] })
-        .collect();
-    let turn = |f: u32| {
-        let old = near.in_tile(f) as usize;
-        Turn { face: f, rounds: needed[old], s0: s0[old].unwrap_or(0.0) }
-    };
-    let mut turns: Vec<Turn> = in_order.map(turn).filter(|turn| turn.rounds > 0).collect();
-    let mut round = 0;
-    while !turns.is_empty() {
-        let next: Vec<DVec3> = turns
-            .par_iter()
-            .with_min_len(256)
-            .map(|turn| {
-                let old = near.in_tile(turn.face);
-                debug_assert!(
-                    neighbours_are_ready(mesh, scale, s0, needed, old, round),
-                    "round {round} at face {old}: a neighbour lies outside what the halo covers"
-                );
-                let opposed = faces.opposed_to(old);
-                vote_on_normal(&near, &voters, opposed, turn.face, range_width(turn.s0, round))
-            })
-            .collect();
-        turns.iter().zip(next).for_each(|(turn, n)| voters[turn.face as usize].normal = n);
-        round += 1;
-        turns.retain(|turn| turn.rounds > round);
-    }
-    near.back(voters.into_iter().map(|voter| voter.normal).collect())
-}
-
-/// A face as its neighbours see it: what a round reads of it lies together.
-#[derive(Clone, Copy)]
-struct Voter {
-    normal: DVec3,
-    area: f64,
-}
-
-/// A face that takes part in a round.
-struct Turn {
-    face: u32,
-    /// Rounds that it takes part in.
-    rounds: u32,
-    s0: f64,
-}
-
-/// Whether all faces around `f` have done the rounds before `round` that they take part in: the halo is wide enough.
-fn neighbours_are_ready(
-    mesh: &TileMesh,
-    scale: &Scale,
-    s0: &[Option<f64>],
-    needed: &[u32],
-    f: u32,
-    round: u32,
-) -> bool {
-    let ready = |g: u32| {
-        let most = s0[g as usize].map_or(u32::MAX, |s0| rounds(scale, s0));
-        needed[g as usize] >= most.min(round)
-    };
-    let mut seen_through = mesh.corners[f as usize].iter().filter(|&&v| !mesh.is_hub(v));
-    seen_through.all(|&v| mesh.faces_of(v).iter().all(|&g| ready(g)))
-}
-
-/// Width of the range kernel as a chord: wide in the first round, where single normals are worst.
-fn range_width(s0: f64, round: u32) -> f64 {
-    let width = if round == 0 {
-        2.0 * method::RANGE_KAPPA * s0
-    } else {
-        let early = round <= method::RANGE_EARLY_ROUNDS;
-        let widest = if early { method::RANGE_EARLY_DEG } else { method::RANGE_MAX_DEG };
-        (method::RANGE_KAPPA * s0).min(widest * DEGREE)
-    };
-    width.max(method::RANGE_MIN_DEG * DEGREE)
-}
-
-/// The new normal of `f`: the faces around its corners vote with their area and with how well they agree. A face that
-/// shares two corners votes twice, `f` itself three times; not around hubs. `opposed` are numbers of the tile.
-fn vote_on_normal(near: &Near, voters: &[Voter], opposed: &[u32], f: u32, width: f64) -> DVec3 {
-    let own = voters[f as usize].normal;
-    let inverse = 1.0 / (width * width);
-    let mut sum = DVec3::ZERO;
-    for around in near.around(f).into_iter().filter(|around| around.len() <= HUB) {
-        for &g in around {
-            let voter = voters[g as usize];
-            // Where windings agree, which is almost everywhere, nobody is turned.
-            let normal = match opposed {
-                [] => voter.normal,
-                _ => seen_from(own, opposed, near.in_tile(g), voter.normal),
-            };
-            let d = own - normal;
-            let t = 1.0 - d.dot(d) * inverse;
-            if t > 0.0 {
-                sum += normal * (t * t * voter.area);
-            }
-        }
-    }
-    if sum.dot(sum) > 0.0 { unit(sum) } else { own }
 }
