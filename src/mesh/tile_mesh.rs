@@ -1,8 +1,11 @@
 //! The mesh of one tile: what was loaded, under local indices, with its adjacency.
 //!
-//! In: triangles in ascending global order with positions, and which vertices are *complete* (all their faces were
-//! loaded). Out: one-rings and faces around each vertex, both ascending, so that a sum over them is the same sum in
-//! every tile. Non-manifold edges need no special case: all their faces are around both their ends.
+//! In: triangles with positions, and which vertices are *complete* (all their faces were loaded). Out: one-rings and faces
+//! around each vertex, both by ascending global ids, so that a sum over them is the same sum in every tile. Non-manifold
+//! edges need no special case: all their faces are around both their ends.
+//!
+//! Local numbers need not ascend with global ids: where the order of the file jumps, they are given anew, so that what is
+//! near has numbers that are near. Nothing that comes out may depend on them.
 //!
 //! Invariant: for a complete vertex, the faces around it and its one-ring are those of the whole mesh.
 
@@ -10,20 +13,20 @@ use super::{Across, Beyond, Csr, FaceId, VertexId};
 use glam::DVec3;
 use rayon::prelude::*;
 
-/// Vertices, faces and adjacency of a tile. Local indices ascend with global ids.
+/// Vertices, faces and adjacency of a tile.
 #[derive(Debug, Default)]
 pub struct TileMesh {
-    /// Global id of each vertex, ascending.
+    /// Global id of each vertex.
     pub vertex_ids: Vec<VertexId>,
     /// Position of each vertex, as in the file.
     pub positions: Vec<DVec3>,
-    /// Global id of each face, ascending.
+    /// Global id of each face.
     pub face_ids: Vec<FaceId>,
     /// Local corners of each face, in the order of the file.
     pub corners: Vec<[u32; 3]>,
-    /// Faces around each vertex, ascending.
+    /// Faces around each vertex, by ascending ids.
     pub faces_around: Csr,
-    /// One-ring of each vertex, ascending.
+    /// One-ring of each vertex, by ascending ids.
     pub ring: Csr,
     /// The faces beside each face.
     pub across: Across,
@@ -32,6 +35,8 @@ pub struct TileMesh {
     /// Faces that repeat the corners of a face of lower id, in any order and direction: they were left out. Their least
     /// corner (local) is kept so that exactly one tile counts them.
     pub duplicates: Vec<u32>,
+    /// The vertices by ascending ids; empty if their numbers ascend with these.
+    by_id: Vec<u32>,
 }
 
 /// One face at an edge, seen from one end: the other end, the face, and whether it runs along the edge from this end to
@@ -83,8 +88,8 @@ impl TileMesh {
     ) -> TileMesh {
         let n = vertex_ids.len();
         let mut faces_around = Csr::invert(n, &corners);
-        let repeated = duplicate_faces(&corners, &faces_around);
-        let duplicates = repeated.iter().map(|&f| least(&corners[f as usize])).collect();
+        let repeated = duplicate_faces(&corners, &face_ids, &faces_around);
+        let duplicates = repeated.iter().map(|&f| lowest(&vertex_ids, &corners[f as usize])).collect();
         if !repeated.is_empty() {
             let mut keep = vec![true; corners.len()];
             repeated.iter().for_each(|&f| keep[f as usize] = false);
@@ -94,8 +99,15 @@ impl TileMesh {
             face_ids.retain(|_| *kept.next().unwrap_or(&true));
             faces_around = Csr::invert(n, &corners);
         }
-        let ring = one_rings(n, &corners, &faces_around);
+        let mut ring = one_rings(n, &corners, &faces_around);
         let across = Across::new(&corners, &faces_around);
+        let mut by_id = Vec::new();
+        if !vertex_ids.is_sorted() || !face_ids.is_sorted() {
+            faces_around.sort_rows_by_key(|f| face_ids[f as usize]);
+            ring.sort_rows_by_key(|u| vertex_ids[u as usize]);
+            by_id = (0..n as u32).collect();
+            by_id.par_sort_unstable_by_key(|&v| vertex_ids[v as usize]);
+        }
         TileMesh {
             vertex_ids,
             positions,
@@ -106,6 +118,7 @@ impl TileMesh {
             across,
             complete,
             duplicates,
+            by_id,
         }
     }
 
@@ -131,7 +144,26 @@ impl TileMesh {
         self.vertex_ids[v as usize]
     }
 
-    /// One-ring of `v`, ascending. In debug builds `v` must be complete.
+    /// The number of the vertex with this id, which must be there.
+    pub fn local(&self, id: VertexId) -> u32 {
+        if self.by_id.is_empty() {
+            return self.vertex_ids.partition_point(|&other| other < id) as u32;
+        }
+        self.by_id[self.by_id.partition_point(|&v| self.id(v) < id)]
+    }
+
+    /// Sorts `vertices` by ascending ids.
+    pub fn sort_by_id(&self, vertices: &mut [u32]) {
+        vertices.par_sort_unstable_by_key(|&v| self.id(v));
+    }
+
+    /// The corner with the lowest id.
+    #[inline]
+    pub fn lowest(&self, corners: &[u32; 3]) -> u32 {
+        lowest(&self.vertex_ids, corners)
+    }
+
+    /// One-ring of `v`, by ascending ids. In debug builds `v` must be complete.
     #[inline]
     #[track_caller]
     pub fn ring_of(&self, v: u32) -> &[u32] {
@@ -139,7 +171,7 @@ impl TileMesh {
         self.ring.row(v)
     }
 
-    /// Faces around `v`, ascending. In debug builds `v` must be complete.
+    /// Faces around `v`, by ascending ids. In debug builds `v` must be complete.
     #[inline]
     #[track_caller]
     pub fn faces_of(&self, v: u32) -> &[u32] {
@@ -161,7 +193,7 @@ impl TileMesh {
         (a + b + c) / 3.0
     }
 
-    /// Calls `visit` with each face that shares side `side` of `f`, ascending.
+    /// Calls `visit` with each face that shares side `side` of `f`, by ascending ids.
     #[inline]
     pub fn faces_beyond(&self, f: u32, side: usize, mut visit: impl FnMut(u32)) {
         match self.across.beyond(f, side) {
@@ -176,25 +208,26 @@ impl TileMesh {
         }
     }
 
-    /// Fills `uses` with the edges at `v` to vertices of higher index, sorted by other end and then by face: the faces of an
+    /// Fills `uses` with the edges at `v` to vertices of higher ids, sorted by other end and then by face: the faces of an
     /// edge are consecutive ([`slice::chunk_by`] on `other`).
     pub fn edges_upwards(&self, v: u32, uses: &mut Vec<EdgeUse>) {
-        self.edges(v, v + 1, uses);
+        let id = self.id(v);
+        self.edges(v, |u| self.id(u) > id, uses);
     }
 
     /// The same for all edges at `v`.
     pub fn edge_uses(&self, v: u32, uses: &mut Vec<EdgeUse>) {
-        self.edges(v, 0, uses);
+        self.edges(v, |_| true, uses);
     }
 
-    fn edges(&self, v: u32, least: u32, uses: &mut Vec<EdgeUse>) {
+    fn edges(&self, v: u32, wanted: impl Fn(u32) -> bool, uses: &mut Vec<EdgeUse>) {
         uses.clear();
         for &face in self.faces_around.row(v) {
             let (next, previous) = beside(self.corners[face as usize], v);
-            if next >= least {
+            if wanted(next) {
                 uses.push(EdgeUse::new(next, face, true));
             }
-            if previous >= least {
+            if wanted(previous) {
                 uses.push(EdgeUse::new(previous, face, false));
             }
         }
@@ -228,13 +261,15 @@ fn beside([a, b, c]: [u32; 3], v: u32) -> (u32, u32) {
     }
 }
 
-/// Smallest corner of a face.
-fn least(corners: &[u32; 3]) -> u32 {
-    corners[0].min(corners[1]).min(corners[2])
+/// The corner with the lowest id.
+#[inline]
+fn lowest(ids: &[VertexId], &[a, b, c]: &[u32; 3]) -> u32 {
+    let lower = |u: u32, v: u32| if ids[u as usize] < ids[v as usize] { u } else { v };
+    lower(lower(a, b), c)
 }
 
-/// Faces that have the same three corners as a face of lower id, ascending.
-fn duplicate_faces(corners: &[[u32; 3]], faces_around: &Csr) -> Vec<u32> {
+/// Faces that have the same three corners as a face of lower id, by ascending numbers.
+fn duplicate_faces(corners: &[[u32; 3]], ids: &[FaceId], faces_around: &Csr) -> Vec<u32> {
     let sorted = |f: u32| {
         let mut c = corners[f as usize];
         c.sort_unstable();
@@ -245,12 +280,13 @@ fn duplicate_faces(corners: &[[u32; 3]], faces_around: &Csr) -> Vec<u32> {
         .par_chunks(CHUNK)
         .map(|chunk| {
             let mut found = Vec::new();
-            let mut seen: Vec<([u32; 3], u32)> = Vec::new();
+            let mut seen: Vec<([u32; 3], FaceId, u32)> = Vec::new();
             for &v in chunk {
                 seen.clear();
-                seen.extend(faces_around.row(v).iter().map(|&f| (sorted(f), f)).filter(|(c, _)| c[0] == v));
+                let all = faces_around.row(v).iter().map(|&f| (sorted(f), ids[f as usize], f));
+                seen.extend(all.filter(|(corners, ..)| corners[0] == v));
                 seen.sort_unstable();
-                found.extend(seen.windows(2).filter(|w| w[0].0 == w[1].0).map(|w| w[1].1));
+                found.extend(seen.windows(2).filter(|w| w[0].0 == w[1].0).map(|w| w[1].2));
             }
             found
         })
@@ -260,7 +296,7 @@ fn duplicate_faces(corners: &[[u32; 3]], faces_around: &Csr) -> Vec<u32> {
     all
 }
 
-/// The other corners of the faces around each vertex, ascending.
+/// The other corners of the faces around each vertex, by ascending numbers.
 fn one_rings(n: usize, corners: &[[u32; 3]], faces_around: &Csr) -> Csr {
     let vertices: Vec<u32> = (0..n as u32).collect();
     let per_chunk: Vec<(Vec<u32>, Vec<u32>)> = vertices
@@ -308,6 +344,24 @@ mod tests {
         assert_eq!(mesh.ring_of(0), [1, 2, 3, 4]);
         assert_eq!(mesh.faces_of(0), [0, 1, 2]);
         assert_eq!(mesh.ring_of(3), [0, 2]);
+    }
+
+    #[test]
+    fn numbers_need_not_ascend_with_ids() {
+        let ids = [7, 3, 9, 1, 5].map(VertexId).to_vec();
+        let faces = [8, 2, 6, 4].map(FaceId).to_vec();
+        // The last is the second once more, and has the higher id.
+        let corners = vec![[0, 1, 2], [0, 2, 3], [3, 1, 0], [2, 3, 0]];
+        let mesh = TileMesh::new(ids, vec![DVec3::ZERO; 5], faces, corners, vec![true; 5]);
+        assert_eq!(mesh.face_ids, [8, 2, 6].map(FaceId));
+        assert_eq!(mesh.duplicates, [3], "the corner with the lowest id");
+        assert_eq!(mesh.ring_of(0), [3, 1, 2]);
+        assert_eq!(mesh.faces_of(0), [1, 2, 0]);
+        assert_eq!([1, 3, 5, 7, 9].map(|id| mesh.local(VertexId(id))), [3, 1, 4, 0, 2]);
+        let mut uses = Vec::new();
+        mesh.edges_upwards(0, &mut uses);
+        assert!(uses.iter().all(|edge| edge.other() == 2) && uses.len() == 2);
+        assert_eq!(mesh.lowest(&[0, 1, 2]), 1);
     }
 
     #[test]

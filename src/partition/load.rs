@@ -1,10 +1,11 @@
 //! One region of the mesh, read from the source.
 //!
-//! In: a region. Out: a [`TileMesh`] of all faces that meet it, under ascending global ids. Only the face blocks that the
+//! In: a region. Out: a [`TileMesh`] of all faces that meet it. Only the face blocks that the
 //! directory names are read. A block wholly inside the region is taken without looking at its positions, unless the source
 //! keeps positions with its blocks: then nothing is looked up by id.
 
 use super::lattice::CubeBox;
+use super::numbering::{Numbered, Numbering};
 use super::plan::Plan;
 use super::region::Region;
 use crate::input::{FaceBlock, InputError, MeshSource};
@@ -42,11 +43,17 @@ struct Chosen {
     places: Vec<[DVec3; 3]>,
 }
 
-/// Loads all faces that meet `region`, using the current thread pool.
+/// Loads all faces that meet `region`, using the current thread pool. They are numbered by `numbering`.
 ///
 /// # Errors
 /// If the source fails, or the region holds more than `most` faces; nobody went on reading then.
-pub fn load(source: &dyn MeshSource, plan: &Plan, region: &Region, most: u64) -> Result<TileMesh, LoadError> {
+pub fn load(
+    source: &dyn MeshSource,
+    plan: &Plan,
+    region: &Region,
+    most: u64,
+    numbering: Numbering,
+) -> Result<TileMesh, LoadError> {
     let blocks = plan.blocks_in(region);
     let most = most.min(MOST_FACES);
     let count = AtomicU64::new(0);
@@ -80,6 +87,8 @@ pub fn load(source: &dyn MeshSource, plan: &Plan, region: &Region, most: u64) ->
     let face_ids: Vec<FaceId> = chosen.iter().flat_map(|c| c.faces.iter().copied()).collect();
     drop(chosen);
     let (face_ids, corners) = ascending(face_ids, corners.concat());
+    let Numbered { vertex_ids, positions, face_ids, corners } =
+        numbering.apply(Numbered { vertex_ids, positions, face_ids, corners }, &plan.bounds);
     let complete = positions.par_iter().map(|&p| region.contains(plan.lattice.cube_of(p))).collect();
     Ok(TileMesh::new(vertex_ids, positions, face_ids, corners, complete))
 }

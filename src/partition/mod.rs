@@ -6,10 +6,12 @@
 mod adapt;
 mod cells;
 mod content;
+mod curve;
 mod halo;
 mod lattice;
 mod load;
 mod locality;
+mod numbering;
 mod paper;
 mod plan;
 mod region;
@@ -22,6 +24,7 @@ pub use halo::{Demand, Loaded, Reach, Rings, merge, noise_demand, round_demand, 
 pub use lattice::{Cube, CubeBox, Lattice};
 pub use load::{LoadError, MOST_FACES, load};
 pub use locality::{Locality, vertex_reads};
+pub use numbering::Numbering;
 pub use paper::{PaperReach, Pass, half_cube, paper_demand};
 pub use plan::{Plan, Scale};
 pub use region::{Gap, Region};

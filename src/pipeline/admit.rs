@@ -13,7 +13,7 @@ use super::waits::Clock;
 use crate::error::Error;
 use crate::input::MeshSource;
 use crate::mesh::TileId;
-use crate::partition::{Cell, LoadError, Plan};
+use crate::partition::{Cell, LoadError, Numbering, Plan};
 use rayon::ThreadPool;
 use std::collections::VecDeque;
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -45,6 +45,8 @@ pub struct Admission<'a, 'b> {
     pieces: &'a [AtomicU32],
     /// Refinement rounds that the last tile needed. Noise is much the same everywhere in a scan: the best guess for the next.
     rounds: u32,
+    /// How tiles are numbered.
+    numbering: Numbering,
 }
 
 /// What became of the first of the waiting cells.
@@ -67,12 +69,29 @@ impl<'a, 'b> Admission<'a, 'b> {
         rounds: u32,
     ) -> Admission<'a, 'b> {
         let waiting = (0..).map(TileId).zip(plan.cells.iter().copied()).collect();
-        Admission { source, plan, halo, budget, waiting_for_memory, pool, waiting, pieces, rounds }
+        Admission {
+            source,
+            plan,
+            halo,
+            budget,
+            waiting_for_memory,
+            pool,
+            waiting,
+            pieces,
+            rounds,
+            numbering: Numbering::default(),
+        }
     }
 
     /// The same, but only those of which `to_do` says so.
     pub fn only(mut self, to_do: impl Fn(TileId) -> bool) -> Admission<'a, 'b> {
         self.waiting.retain(|(id, _)| to_do(*id));
+        self
+    }
+
+    /// The same with tiles numbered in another way.
+    pub fn numbered(mut self, numbering: Numbering) -> Admission<'a, 'b> {
+        self.numbering = numbering;
         self
     }
 
@@ -118,9 +137,9 @@ impl<'a, 'b> Admission<'a, 'b> {
     fn load(&mut self, id: TileId, cell: &Cell, bytes: u64) -> Result<Admitted<'b>, Error> {
         let mut permit = self.waiting_for_memory.over(|| self.budget.reserve(bytes));
         let margin = self.halo.margin(self.plan, self.rounds);
-        let tile = self
-            .pool
-            .install(|| certify(self.source, self.plan, self.halo, cell, margin, faces_in(bytes)))?;
+        let Admission { source, plan, halo, numbering, .. } = *self;
+        let most = faces_in(bytes);
+        let tile = self.pool.install(|| certify(source, plan, halo, cell, margin, most, numbering))?;
         self.rounds = tile.most_rounds;
         permit.keep(tile_bytes(tile.mesh.face_count() as u64));
         Ok(Admitted { id, tile, permit })

@@ -5,7 +5,7 @@ use crate::stitch::Defects;
 
 /// An open edge under local indices.
 pub struct LocalEdge {
-    /// Its ends, lower index first.
+    /// Its ends, lower id first.
     pub ends: [u32; 2],
     /// Whether it has more than two faces rather than one.
     pub crowded: bool,

@@ -7,8 +7,8 @@
 use crate::input::MeshSource;
 use crate::mesh::TileMesh;
 use crate::partition::{
-    Cell, Demand, Gap, LoadError, Loaded, PaperReach, Pass, Plan, Reach, Region, load, merge, noise_demand,
-    paper_demand, round_demand, vertex_demand,
+    Cell, Demand, Gap, LoadError, Loaded, Numbering, PaperReach, Pass, Plan, Reach, Region, load, merge,
+    noise_demand, paper_demand, round_demand, vertex_demand,
 };
 use crate::voting::{FaceGeometry, Noise, rounds};
 use glam::DVec3;
@@ -59,6 +59,8 @@ impl Halo {
 /// Loads a tile with everything the vertices of `cell` depend on. The first attempt loads the cell and `margin` cubes
 /// around it; that decides how often it is loaded, and nothing else.
 ///
+/// `numbering` is how vertices and faces are numbered, which decides how fast the rest is.
+///
 /// # Errors
 /// If the source fails or the region comes to hold more than `most` faces.
 pub fn certify(
@@ -68,11 +70,12 @@ pub fn certify(
     cell: &Cell,
     margin: i64,
     most: u64,
+    numbering: Numbering,
 ) -> Result<Certified, LoadError> {
     let mut region = plan.first_region(cell, margin);
     let (mut regrown, mut generosity) = (0, 1u32);
     loop {
-        let mesh = load(source, plan, &region, most)?;
+        let mesh = load(source, plan, &region, most, numbering)?;
         let attempt = match halo {
             Halo::Robust(factor) => attempt(plan, *factor, cell, mesh, &region),
             Halo::Paper(reach, pass) => paper_attempt(plan, reach, *pass, cell, mesh, &region),
@@ -175,6 +178,6 @@ impl Certified {
 
     /// Whether the tile owns a face with these corners: whoever owns the corner of lowest id does.
     pub fn owns_face(&self, corners: &[u32; 3]) -> bool {
-        self.owns(corners[0].min(corners[1]).min(corners[2]))
+        self.owns(self.mesh.lowest(corners))
     }
 }

@@ -9,7 +9,7 @@ use super::paper::PaperMethod;
 use super::seams::seams;
 use crate::config::{Method, Params, method};
 use crate::math::DEGREE;
-use crate::mesh::{Field, TileMesh, VertexId};
+use crate::mesh::Field;
 use crate::partition::Plan;
 use crate::refine::{
     Evidence, Extremes, Fit, Fitter, Link, Linker, Support, average_along, contrast, ridges, smooth,
@@ -40,8 +40,7 @@ pub struct TileResult {
 pub struct Asked {
     /// The fields of every owned vertex.
     pub fields: bool,
-    /// To leave out what nothing in the result depends on: contrast where no trace looks, planes where no line is left,
-    /// good order where the file has none.
+    /// To leave out what nothing in the result depends on: contrast where no trace looks, planes where no line is left.
     pub shortcuts: bool,
 }
 
@@ -65,13 +64,14 @@ pub fn compute(
     let mesh = &tile.mesh;
     let mut named: Vec<u32> = links.iter().flat_map(|l| l.vertices.iter().copied()).collect();
     named.extend(open_edges.iter().flat_map(|e| e.ends));
-    named.sort_unstable();
+    mesh.sort_by_id(&mut named);
     named.dedup();
-    let with = if asked.fields { tile.demand.owned.as_slice() } else { &[] };
-    let table = finding.table(tile, plan, &named, with, asked.shortcuts);
+    let mut with = if asked.fields { tile.demand.owned.clone() } else { Vec::new() };
+    mesh.sort_by_id(&mut with);
+    let table = finding.table(tile, plan, &named, &with, asked.shortcuts);
     // Planes are fitted where the tables or the lines will show them.
     let fit = |candidates: &mut [&mut Candidate]| {
-        let at: Vec<u32> = candidates.iter().map(|c| local(mesh, c.id)).collect();
+        let at: Vec<u32> = candidates.iter().map(|c| mesh.local(c.id)).collect();
         let fits = if table.is_made() { table.of(&at) } else { finding.fits(tile, plan, &at) };
         for ((candidate, v), fit) in candidates.iter_mut().zip(at).zip(fits) {
             candidate.class = finding.class(v, &fit);
@@ -115,9 +115,9 @@ struct Tensors {
 }
 
 /// Steps A and B: refined normals, tensors, fold angles.
-fn vote(tile: &Certified, plan: &Plan, shortcuts: bool) -> Tensors {
+fn vote(tile: &Certified, plan: &Plan) -> Tensors {
     let Certified { mesh, faces, demand, vertex_rounds, .. } = tile;
-    let normals = refine(mesh, faces, &plan.scale, &tile.noise, &tile.needed, shortcuts);
+    let normals = refine(mesh, faces, &plan.scale, &tile.noise, &tile.needed);
     let tokens = first_votes(mesh, faces, &normals, &plan.scale, &demand.voted);
     let again = vote_again(mesh, &tokens, &plan.scale, &demand.voted);
     let mut votes = votes(mesh, &tokens, &again, &demand.voted);
@@ -131,7 +131,7 @@ fn vote(tile: &Certified, plan: &Plan, shortcuts: bool) -> Tensors {
 /// Contrast, stops, support and R.
 fn find(tile: &Certified, plan: &Plan, params: &Params, shortcuts: bool) -> Finding {
     let Certified { mesh, demand, vertex_rounds, .. } = tile;
-    let Tensors { refined, votes, surroundings } = vote(tile, plan, shortcuts);
+    let Tensors { refined, votes, surroundings } = vote(tile, plan);
     let positions = smooth(mesh, &plan.scale, vertex_rounds, &demand.smoothed);
     let stops = stops(mesh, &votes, &demand.traced);
     let traced = match shortcuts {
@@ -197,11 +197,6 @@ impl FitTable {
     fn of(&self, at: &[u32]) -> Vec<Fit> {
         at.iter().map(|&v| self.at(v)).collect()
     }
-}
-
-/// The local index of a vertex that the tile has named.
-fn local(mesh: &TileMesh, id: VertexId) -> u32 {
-    mesh.vertex_ids.partition_point(|&other| other < id) as u32
 }
 
 impl Finding {

@@ -71,7 +71,7 @@ impl Job<'_> {
         let params = Params { sigma: Sigma::Length(plan.scale.length(method::SIGMA_EDGES)), ..self.params };
         let (mut pieces, mut faces, mut cpu) = (0, 0, Duration::ZERO);
         for region in regions {
-            let loaded = self.pool.install(|| load(self.source, plan, &region, most));
+            let loaded = self.pool.install(|| load(self.source, plan, &region, most, self.numbering()));
             let mesh = match loaded {
                 Ok(mesh) => mesh,
                 // A pile; it says nothing about other places.

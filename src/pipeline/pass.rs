@@ -77,7 +77,8 @@ impl Job<'_> {
         let clocks = Clocks::default();
         let memory = (&budget, &clocks.memory);
         let admission = Admission::new(&source, plan, &halo, memory, &self.pool, &pieces, planned.rounds)
-            .only(ledger.to_do(pass));
+            .only(ledger.to_do(pass))
+            .numbered(self.numbering());
         let (to_workers, from_loader) = bounded::<Box<Admitted>>(WAITING_TILES);
         let (to_committer, results) = bounded::<Outcome<T>>(WAITING_TILES);
         let mut regrown = 0;

@@ -5,7 +5,7 @@
 
 use crate::error::Error;
 use crate::input::MeshSource;
-use crate::partition::{CubeBox, Gap, LoadError, Plan, Region, Scan, load};
+use crate::partition::{CubeBox, Gap, LoadError, Numbering, Plan, Region, Scan, load};
 use crate::voting::{FaceGeometry, Noise, rounds};
 use glam::DVec3;
 
@@ -21,7 +21,7 @@ pub fn typical_rounds(source: &dyn MeshSource, plan: &Plan, scan: &Scan, most: u
     let mut region = Region::new(CubeBox::around(plan.lattice.cube_of(first)));
     let gaps: Vec<Gap> = places.iter().map(|&p| Gap { cube: plan.lattice.cube_of(p), margin: 1 }).collect();
     region.grow(&gaps, 1);
-    let mesh = match load(source, plan, &region, most) {
+    let mesh = match load(source, plan, &region, most, Numbering::default()) {
         Ok(mesh) => mesh,
         // A pile of faces; whoever comes to work on it will say so.
         Err(LoadError::TooManyFaces { .. }) => return Ok(0),

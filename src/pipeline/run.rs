@@ -20,7 +20,7 @@ use crate::error::Error;
 use crate::input::{InputError, MeshSource};
 use crate::mesh::TileId;
 use crate::output::FieldSink;
-use crate::partition::{PaperReach, Pass, Scale, Scan};
+use crate::partition::{Numbering, PaperReach, Pass, Scale, Scan};
 use crate::refine::{Extremes, OmegaRange};
 use crate::spill::{ScratchPlace, point};
 use crate::stitch::{Defects, LineMemory, LineSet, Rules, StitchWork, Stitched, Stitcher, StoredLines};
@@ -364,6 +364,11 @@ impl<'a> Job<'a> {
             })?;
         work.add_pass(pass);
         Ok(stitcher)
+    }
+
+    /// How tiles are numbered.
+    pub(super) fn numbering(&self) -> Numbering {
+        if self.limits.shortcuts { Numbering::WhereItPays } else { Numbering::AsTheyCome }
     }
 
     /// What a tile must hold for the pass; the robust method has one pass only.

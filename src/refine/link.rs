@@ -93,7 +93,7 @@ impl Linker<'_> {
     /// Orients the path and weighs it.
     fn link(&self, mut vertices: Vec<u32>) -> Link {
         // The ends differ, or the path is a ring that the line graph will refuse.
-        if vertices[0] >= vertices[vertices.len() - 1] {
+        if self.mesh.id(vertices[0]) >= self.mesh.id(vertices[vertices.len() - 1]) {
             vertices.reverse();
         }
         let weight = vertices.windows(2).fold(f64::INFINITY, |w, e| w.min(self.edge_weight(e[0], e[1])));

@@ -98,7 +98,7 @@ fn is_largest_across(mesh: &TileMesh, radius: f64, votes: &Field<Vote>, r: &Fiel
             }
             let (across, along) = (e.dot(vote.b), e.dot(vote.t));
             if across * across >= method::THIN_SIDE * along * along
-                && (r.get(w) > own || (r.get(w) == own && w < v))
+                && (r.get(w) > own || (r.get(w) == own && mesh.id(w) < mesh.id(v)))
             {
                 return false;
             }

@@ -5,7 +5,6 @@
 
 mod classify;
 mod levels;
-mod near;
 mod normals;
 mod paper;
 mod refine;

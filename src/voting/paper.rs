@@ -22,7 +22,7 @@ pub struct Voters<'a> {
     tile: &'a Loaded<'a>,
     /// Half the edge of the cube in mesh units; none where the one-ring votes alone.
     half_cube: Option<f64>,
-    /// For each face the faces that share an edge with it, ascending; all of them where the edge is not manifold.
+    /// For each face the faces that share an edge with it; all of them where the edge is not manifold.
     across: Csr,
 }
 
@@ -36,7 +36,7 @@ impl<'a> Voters<'a> {
         Voters { tile, half_cube, across }
     }
 
-    /// N_T(v), ascending.
+    /// N_T(v), by ascending ids.
     pub fn of(&self, v: u32) -> Vec<u32> {
         let mesh = self.tile.mesh;
         let mut found = mesh.faces_of(v).to_vec();
@@ -56,7 +56,7 @@ impl<'a> Voters<'a> {
             }
             next += 1;
         }
-        found.sort_unstable();
+        found.sort_unstable_by_key(|&f| mesh.face_ids[f as usize]);
         found
     }
 

@@ -6,7 +6,6 @@
 //!
 //! Rounds are most of the work of a noisy mesh, so that each face keeps a list of its voters from the first round on.
 
-use super::near::Near;
 use super::normals::{FaceGeometry, rounds, seen_from};
 use crate::config::method;
 use crate::math::{DEGREE, unit};
@@ -14,49 +13,43 @@ use crate::mesh::{Beyond, TileMesh};
 use crate::partition::Scale;
 use glam::DVec3;
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// Faces handled by one parallel task.
 const CHUNK: usize = 4096;
 
 /// Refines the normals: face `f` takes part in its first `needed[f]` rounds. `s0[f]` must be known where that is not 0.
-/// `shortcuts` has faces renumbered for it where they lie in no good order.
 pub fn refine(
     mesh: &TileMesh,
     faces: &FaceGeometry,
     scale: &Scale,
     s0: &[Option<f64>],
     needed: &[u32],
-    shortcuts: bool,
 ) -> Vec<DVec3> {
-    let near = Near::new(mesh, shortcuts);
-    let all = 0..mesh.face_count() as u32;
-    let voter = |f| {
-        let old = near.in_tile(f) as usize;
-        Voter { normal: faces.normals[old], area: faces.areas[old] }
-    };
-    let mut voters: Vec<Voter> = all.clone().into_par_iter().map(voter).collect();
-    let mut chunks: Vec<Chunk> = all
+    let both = faces.normals.par_iter().zip(&faces.areas);
+    let mut voters: Vec<Voter> = both.map(|(&normal, &area)| Voter { normal, area }).collect();
+    let mut chunks: Vec<Chunk> = (0..mesh.face_count() as u32)
         .into_par_iter()
         .step_by(CHUNK)
         .map(|first| {
             let end = (first as usize + CHUNK).min(mesh.face_count()) as u32;
-            Chunk::new(mesh, &near, first..end, s0, needed)
+            Chunk::new(mesh, first..end, s0, needed)
         })
         .collect();
     let mut round = 0;
     while chunks.iter().any(|chunk| !chunk.turns.is_empty()) {
         chunks.par_iter_mut().for_each(|chunk| {
             debug_assert!(
-                chunk.is_ready(mesh, &near, scale, s0, needed, round),
+                chunk.is_ready(mesh, scale, s0, needed, round),
                 "round {round}: a neighbour lies outside what the halo covers"
             );
-            chunk.vote(&voters, &near, faces, round);
+            chunk.vote(&voters, faces, round);
         });
         voters.par_chunks_mut(CHUNK).zip(&mut chunks).for_each(|(voters, chunk)| chunk.write(voters));
         round += 1;
         chunks.par_iter_mut().for_each(|chunk| chunk.turns.retain(|turn| turn.rounds > round));
     }
-    near.back(voters.into_iter().map(|voter| voter.normal).collect())
+    voters.into_iter().map(|voter| voter.normal).collect()
 }
 
 /// A face as its neighbours see it: what a round reads of it lies together.
@@ -91,29 +84,20 @@ struct Turn {
 }
 
 impl Chunk {
-    fn new(
-        mesh: &TileMesh,
-        near: &Near,
-        faces: std::ops::Range<u32>,
-        s0: &[Option<f64>],
-        needed: &[u32],
-    ) -> Chunk {
-        let mut chunk =
-            Chunk { first: faces.start, turns: Vec::new(), lists: Vec::new(), next: Vec::new() };
+    fn new(mesh: &TileMesh, faces: Range<u32>, s0: &[Option<f64>], needed: &[u32]) -> Chunk {
+        let mut chunk = Chunk { first: faces.start, turns: Vec::new(), lists: Vec::new(), next: Vec::new() };
         let mut scratch = Vec::new();
         for face in faces {
-            let old = near.in_tile(face);
-            let rounds = needed[old as usize];
+            let rounds = needed[face as usize];
             if rounds == 0 {
                 continue;
             }
             let list = chunk.lists.len();
-            let (own, two) = voters_of(mesh, old, &mut chunk.lists, &mut scratch);
-            chunk.lists[list..].iter_mut().for_each(|g| *g = near.in_order(*g));
+            let (own, two) = voters_of(mesh, face, &mut chunk.lists, &mut scratch);
             chunk.turns.push(Turn {
                 face,
                 rounds,
-                s0: s0[old as usize].unwrap_or(0.0),
+                s0: s0[face as usize].unwrap_or(0.0),
                 own,
                 list: list as u32,
                 two: two as u16,
@@ -125,14 +109,14 @@ impl Chunk {
     }
 
     /// One round.
-    fn vote(&mut self, voters: &[Voter], near: &Near, faces: &FaceGeometry, round: u32) {
+    fn vote(&mut self, voters: &[Voter], faces: &FaceGeometry, round: u32) {
         let Chunk { turns, lists, next, .. } = self;
         for (turn, next) in turns.iter().zip(next) {
             let width = range_width(turn.s0, round);
             let around = &lists[turn.list as usize..][..usize::from(turn.two) + usize::from(turn.one)];
             let (two, one) = around.split_at(usize::from(turn.two));
             let own = voters[turn.face as usize];
-            let opposed = faces.opposed_to(near.in_tile(turn.face));
+            let opposed = faces.opposed_to(turn.face);
             let mut ballot = Ballot::new(own, f64::from(turn.own), width);
             // Where windings agree, which is almost everywhere, nobody is turned.
             if opposed.is_empty() {
@@ -141,7 +125,7 @@ impl Chunk {
             } else {
                 let seen = |g: u32| {
                     let Voter { normal, area } = voters[g as usize];
-                    Voter { normal: seen_from(own.normal, opposed, near.in_tile(g), normal), area }
+                    Voter { normal: seen_from(own.normal, opposed, g, normal), area }
                 };
                 two.iter().for_each(|&g| ballot.cast(seen(g), 2.0));
                 one.iter().for_each(|&g| ballot.cast(seen(g), 1.0));
@@ -161,7 +145,6 @@ impl Chunk {
     fn is_ready(
         &self,
         mesh: &TileMesh,
-        near: &Near,
         scale: &Scale,
         s0: &[Option<f64>],
         needed: &[u32],
@@ -172,7 +155,7 @@ impl Chunk {
             needed[g as usize] >= most.min(round)
         };
         self.turns.iter().all(|turn| {
-            let corners = mesh.corners[near.in_tile(turn.face) as usize];
+            let corners = mesh.corners[turn.face as usize];
             let mut seen_through = corners.iter().filter(|&&v| !mesh.is_hub(v));
             seen_through.all(|&v| mesh.faces_of(v).iter().all(ready))
         })
@@ -209,7 +192,7 @@ fn voters_of(mesh: &TileMesh, f: u32, list: &mut Vec<u32>, scratch: &mut Vec<u32
     let seen_through = corners.iter().filter(|&&v| !mesh.is_hub(v));
     seen_through.clone().for_each(|&v| scratch.extend(mesh.faces_of(v)));
     scratch.retain(|&g| g != f);
-    scratch.sort_unstable();
+    scratch.sort_unstable_by_key(|&g| mesh.face_ids[g as usize]);
     let votes = || scratch.chunk_by(|a, b| a == b);
     list.extend(votes().filter(|votes| votes.len() > 1).map(|votes| votes[0]));
     let two = list.len() - first;

@@ -5,7 +5,7 @@ use crease::config::PaperThresholds;
 use crease::input::MeshSource;
 use crease::mesh::{Field, TileMesh};
 use crease::partition::{
-    Cell, Demand, Gap, Loaded, MOST_FACES, PaperReach, Pass, Plan, Region, half_cube, load, merge,
+    Cell, Demand, Gap, Loaded, MOST_FACES, Numbering, PaperReach, Pass, Plan, Region, half_cube, load, merge,
     paper_demand,
 };
 use crease::refine::{Extremes, Link, Linker, OmegaRange, Salience, Supporters, ridges, smooth};
@@ -32,7 +32,8 @@ impl PaperTile {
     ) -> PaperTile {
         let mut region = plan.first_region(cell, 0);
         loop {
-            let mesh = load(source, plan, &region, MOST_FACES).unwrap_or_else(|e| panic!("{e}"));
+            let mesh = load(source, plan, &region, MOST_FACES, Numbering::AsTheyCome)
+                .unwrap_or_else(|e| panic!("{e}"));
             let loaded = Loaded { mesh: &mesh, region: &region, lattice: &plan.lattice };
             let (demand, gaps) = paper_demand(&loaded, plan, cell, reach, pass);
             if gaps.is_empty() {

@@ -7,8 +7,8 @@ use crease::input::MeshSource;
 use crease::math::Sym3;
 use crease::mesh::{Field, TileMesh};
 use crease::partition::{
-    Cell, Demand, Gap, Loaded, MOST_FACES, Plan, Reach, load, merge, noise_demand, round_demand, scan,
-    vertex_demand,
+    Cell, Demand, Gap, Loaded, MOST_FACES, Numbering, Plan, Reach, load, merge, noise_demand, round_demand,
+    scan, vertex_demand,
 };
 use crease::refine::{
     Evidence, Fit, Fitter, Link, Linker, Support, average_along, contrast, ridges, smooth, traceable,
@@ -51,7 +51,8 @@ impl Tile {
     pub fn load(source: &dyn MeshSource, plan: &Plan, change: &dyn Fn(&mut Reach), cell: &Cell) -> Tile {
         let mut region = plan.first_region(cell, 0);
         loop {
-            let mesh = load(source, plan, &region, MOST_FACES).unwrap_or_else(|e| panic!("{e}"));
+            let mesh = load(source, plan, &region, MOST_FACES, Numbering::AsTheyCome)
+                .unwrap_or_else(|e| panic!("{e}"));
             let loaded = Loaded { mesh: &mesh, region: &region, lattice: &plan.lattice };
             let faces = FaceGeometry::new(&mesh, &plan.scale);
             let noise = Noise::new(&mesh, &faces, &plan.lattice, &region);
@@ -113,7 +114,7 @@ impl Steps {
     pub fn compute(tile: &Tile, plan: &Plan) -> Steps {
         let Tile { mesh, demand, vertex_rounds, .. } = tile;
         let scale = &plan.scale;
-        let normals = refine(mesh, &tile.faces, &plan.scale, &tile.noise, &tile.needed, true);
+        let normals = refine(mesh, &tile.faces, &plan.scale, &tile.noise, &tile.needed);
         let tokens = first_votes(mesh, &tile.faces, &normals, scale, &demand.voted);
         let again = vote_again(mesh, &tokens, scale, &demand.voted);
         let mut votes = votes(mesh, &tokens, &again, &demand.voted);

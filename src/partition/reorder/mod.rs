@@ -17,7 +17,6 @@
 //! buckets of the first step, 36 behind it, 52 in the buckets of the second, and some 20 in the end; as PLY it takes 19.
 
 mod join;
-mod key;
 mod layout;
 mod sort;
 mod store;

@@ -5,10 +5,10 @@
 //! of faces in one place cannot be, and is taken in the order of the ids, a memoryful at a time.
 
 use super::join::Joined;
-use super::key::{Curve, cuts, piece};
 use super::layout::{Face, Layout};
 use super::store::{SpatialStore, encode};
 use crate::input::{BLOCK, FaceBlock, InputError, MeshSource};
+use crate::partition::curve::{Curve, cuts, piece};
 use crate::partition::{BlockSummary, Bounds};
 use crate::spill::{Buckets, Extent, ScratchDir, SpillFile, SpillWriter};
 use glam::DVec3;

@@ -6,7 +6,9 @@ use crease::config::NO_LIMIT;
 use crease::glam::DVec3;
 use crease::input::{FaceBlock, MeshSource};
 use crease::mesh::{TileMesh, VertexId};
-use crease::partition::{MOST_FACES, Reach, load, noise_demand, round_demand, scan, vertex_demand};
+use crease::partition::{
+    MOST_FACES, Numbering, Reach, load, noise_demand, round_demand, scan, vertex_demand,
+};
 use crease::voting::{FaceGeometry, Noise};
 use criterion::BatchSize;
 use std::hint::black_box;
@@ -15,7 +17,9 @@ use std::hint::black_box;
 pub fn benches(group: &mut Group, town: &Town) {
     group.bench_function("decode", |b| b.iter(|| decode(town)));
     group.bench_function("scan", |b| b.iter(|| scan(&town.source, NO_LIMIT, &|_| ())));
-    group.bench_function("load", |b| b.iter(|| load(&town.source, &town.plan, &town.region, MOST_FACES)));
+    group.bench_function("load", |b| {
+        b.iter(|| load(&town.source, &town.plan, &town.region, MOST_FACES, Numbering::WhereItPays))
+    });
     group.bench_function("adjacency", |b| {
         b.iter_batched(|| clone_of(&town.tile.mesh), adjacency, BatchSize::PerIteration);
     });

@@ -12,13 +12,13 @@ pub fn benches(group: &mut Group, town: &Town) {
     let (tile, steps, scale) = (&town.tile, &town.steps, &town.plan.scale);
     let (mesh, demand) = (&tile.mesh, &tile.demand);
     group.bench_function("refine", |b| {
-        b.iter(|| refine(mesh, &tile.faces, scale, &tile.noise, &tile.needed, true));
+        b.iter(|| refine(mesh, &tile.faces, scale, &tile.noise, &tile.needed));
     });
     // The difference of these two is one round of all faces.
     for rounds in [1, 2] {
         let needed = vec![rounds; mesh.face_count()];
         group.bench_function(format!("refine {rounds}"), |b| {
-            b.iter(|| refine(mesh, &tile.faces, scale, &tile.noise, &needed, true));
+            b.iter(|| refine(mesh, &tile.faces, scale, &tile.noise, &needed));
         });
     }
     group.bench_function("tensors", |b| {

@@ -1,6 +1,6 @@
 //! Places along a space-filling curve (Morton order): neighbours on the curve are neighbours in space.
 
-use crate::partition::Bounds;
+use super::scan::Bounds;
 use glam::DVec3;
 
 /// Bits of each coordinate. A single point that lies a million times the size of the mesh away leaves 22 for the mesh.
@@ -30,6 +30,11 @@ impl Curve {
             spread((x as u64).min((1 << BITS) - 1))
         });
         x | (y << 1) | (z << 2)
+    }
+
+    /// The first half of its bits, two million steps for each coordinate: enough to tell what is near.
+    pub fn coarse_key(&self, p: DVec3) -> u64 {
+        (self.key(p) >> (3 * (BITS / 2))) as u64
     }
 }
 
