@@ -32,14 +32,33 @@ impl Across {
     /// From all faces; in parallel.
     pub fn new(corners: &[[u32; 3]], faces_around: &Csr) -> Across {
         let beside = |(f, &[a, b, c]): (usize, &[u32; 3])| {
-            let rows = [a, b, c].map(|v| faces_around.row(v));
-            [
-                shared(rows[0], rows[1], f as u32),
-                shared(rows[1], rows[2], f as u32),
-                shared(rows[2], rows[0], f as u32),
-            ]
+            let (f, rows) = (f as u32, [a, b, c].map(|v| faces_around.row(v)));
+            if rows.iter().any(|row| row.len() > LONG) {
+                let sides = [(0, 1), (1, 2), (2, 0)];
+                return sides.map(|(i, j)| shared(rows[i], rows[j], f));
+            }
+            // The faces around two corners know the neighbours over all three sides.
+            let mut found = [Found::default(); 3];
+            for &g in rows[0] {
+                let others = &corners[g as usize];
+                found[0].meet(g, g != f && others.contains(&b));
+                found[2].meet(g, g != f && others.contains(&c));
+            }
+            for &g in rows[1] {
+                found[1].meet(g, g != f && corners[g as usize].contains(&c));
+            }
+            found.map(Found::told)
         };
         Across { over: corners.par_iter().enumerate().with_min_len(1024).map(beside).collect() }
+    }
+
+    /// Whether some face may have the same corners as another: only if they share more than one side.
+    pub fn may_repeat(&self) -> bool {
+        let repeats = |&[a, b, c]: &[u32; 3]| {
+            let several = a == SEVERAL || b == SEVERAL || c == SEVERAL;
+            several || (a == b && a != NOTHING)
+        };
+        self.over.par_iter().with_min_len(1024).any(repeats)
     }
 
     /// What lies beyond side `side` of face `f`.
@@ -49,6 +68,29 @@ impl Across {
             NOTHING => Beyond::Nothing,
             SEVERAL => Beyond::Several,
             g => Beyond::One(g),
+        }
+    }
+}
+
+/// What was found beyond a side so far. Met without branches: which way they go cannot be guessed.
+#[derive(Clone, Copy, Default)]
+struct Found {
+    last: u32,
+    count: u32,
+}
+
+impl Found {
+    #[inline]
+    fn meet(&mut self, g: u32, here: bool) {
+        self.last = if here { g } else { self.last };
+        self.count += u32::from(here);
+    }
+
+    fn told(self) -> u32 {
+        match self.count {
+            0 => NOTHING,
+            1 => self.last,
+            _ => SEVERAL,
         }
     }
 }

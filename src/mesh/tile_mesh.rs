@@ -88,19 +88,18 @@ impl TileMesh {
     ) -> TileMesh {
         let n = vertex_ids.len();
         let mut faces_around = Csr::invert(n, &corners);
-        let repeated = duplicate_faces(&corners, &face_ids, &faces_around);
-        let duplicates = repeated.iter().map(|&f| lowest(&vertex_ids, &corners[f as usize])).collect();
-        if !repeated.is_empty() {
-            let mut keep = vec![true; corners.len()];
-            repeated.iter().for_each(|&f| keep[f as usize] = false);
-            let mut kept = keep.iter();
-            corners.retain(|_| *kept.next().unwrap_or(&true));
-            let mut kept = keep.iter();
-            face_ids.retain(|_| *kept.next().unwrap_or(&true));
-            faces_around = Csr::invert(n, &corners);
+        let mut across = Across::new(&corners, &faces_around);
+        let mut duplicates = Vec::new();
+        if across.may_repeat() {
+            let repeated = duplicate_faces(&corners, &face_ids, &faces_around);
+            duplicates = repeated.iter().map(|&f| lowest(&vertex_ids, &corners[f as usize])).collect();
+            if !repeated.is_empty() {
+                leave_out(&repeated, &mut corners, &mut face_ids);
+                faces_around = Csr::invert(n, &corners);
+                across = Across::new(&corners, &faces_around);
+            }
         }
         let mut ring = one_rings(n, &corners, &faces_around);
-        let across = Across::new(&corners, &faces_around);
         let mut by_id = Vec::new();
         if !vertex_ids.is_sorted() || !face_ids.is_sorted() {
             faces_around.sort_rows_by_key(|f| face_ids[f as usize]);
@@ -261,6 +260,16 @@ fn beside([a, b, c]: [u32; 3], v: u32) -> (u32, u32) {
     }
 }
 
+/// Takes `repeated` (ascending) out of the faces.
+fn leave_out(repeated: &[u32], corners: &mut Vec<[u32; 3]>, face_ids: &mut Vec<FaceId>) {
+    let mut keep = vec![true; corners.len()];
+    repeated.iter().for_each(|&f| keep[f as usize] = false);
+    let mut kept = keep.iter();
+    corners.retain(|_| *kept.next().unwrap_or(&true));
+    let mut kept = keep.iter();
+    face_ids.retain(|_| *kept.next().unwrap_or(&true));
+}
+
 /// The corner with the lowest id.
 #[inline]
 fn lowest(ids: &[VertexId], &[a, b, c]: &[u32; 3]) -> u32 {
@@ -306,9 +315,20 @@ fn one_rings(n: usize, corners: &[[u32; 3]], faces_around: &Csr) -> Csr {
                 (Vec::with_capacity(chunk.len()), Vec::with_capacity(7 * chunk.len()));
             let mut ring = Vec::new();
             for &v in chunk {
+                let row = faces_around.row(v);
                 ring.clear();
-                for &f in faces_around.row(v) {
-                    ring.extend(corners[f as usize].iter().copied().filter(|&u| u != v));
+                ring.extend(row.iter().map(|&f| beside(corners[f as usize], v).0));
+                // Around an inner vertex every neighbour comes after it once, and nobody else comes before it.
+                let after = ring.len();
+                let previous = row.iter().map(|&f| beside(corners[f as usize], v).1);
+                if after <= FEW {
+                    previous.for_each(|u| {
+                        if !ring[..after].contains(&u) {
+                            ring.push(u);
+                        }
+                    });
+                } else {
+                    ring.extend(previous);
                 }
                 ring.sort_unstable();
                 ring.dedup();

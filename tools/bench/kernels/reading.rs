@@ -5,7 +5,7 @@ use super::town::Town;
 use crease::config::NO_LIMIT;
 use crease::glam::DVec3;
 use crease::input::{FaceBlock, MeshSource};
-use crease::mesh::{TileMesh, VertexId};
+use crease::mesh::{FaceId, TileMesh, VertexId};
 use crease::partition::{
     MOST_FACES, Numbering, Reach, load, noise_demand, round_demand, scan, vertex_demand,
 };
@@ -45,21 +45,26 @@ fn decode(town: &Town) -> u64 {
 }
 
 /// Vertices and faces without what is made of them.
-type Bare = (TileMesh, Vec<bool>);
+struct Bare {
+    vertex_ids: Vec<VertexId>,
+    positions: Vec<DVec3>,
+    face_ids: Vec<FaceId>,
+    corners: Vec<[u32; 3]>,
+    complete: Vec<bool>,
+}
 
 fn clone_of(mesh: &TileMesh) -> Bare {
-    let bare = TileMesh {
+    Bare {
         vertex_ids: mesh.vertex_ids.clone(),
         positions: mesh.positions.clone(),
         face_ids: mesh.face_ids.clone(),
         corners: mesh.corners.clone(),
-        ..TileMesh::default()
-    };
-    (bare, mesh.complete.clone())
+        complete: mesh.complete.clone(),
+    }
 }
 
-fn adjacency((bare, complete): Bare) -> TileMesh {
-    TileMesh::new(bare.vertex_ids, bare.positions, bare.face_ids, bare.corners, complete)
+fn adjacency(bare: Bare) -> TileMesh {
+    TileMesh::new(bare.vertex_ids, bare.positions, bare.face_ids, bare.corners, bare.complete)
 }
 
 /// s0 at each vertex and at each face, and the rounds it asks for.
