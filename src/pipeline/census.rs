@@ -1,7 +1,9 @@
 //! The defects of a mesh that only adjacency shows, each counted by the one tile that owns it.
 
 use super::certify::Certified;
+use crate::mesh::TileMesh;
 use crate::stitch::Defects;
+use rayon::prelude::*;
 
 /// An open edge under local indices.
 pub struct LocalEdge {
@@ -21,8 +23,23 @@ pub fn census(tile: &Certified) -> (Vec<LocalEdge>, Defects) {
         duplicate_faces: mesh.duplicates.iter().filter(|&&v| tile.owns(v)).count() as u64,
         ..Defects::default()
     };
-    let (mut open, mut uses) = (Vec::new(), Vec::new());
-    for &v in &tile.demand.owned {
+    let found: Vec<(Vec<LocalEdge>, Defects)> =
+        tile.demand.owned.par_chunks(CHUNK).map(|owned| open_edges(mesh, owned)).collect();
+    let mut open = Vec::new();
+    for (edges, counted) in found {
+        open.extend(edges);
+        defects.add(&counted);
+    }
+    (open, defects)
+}
+
+/// Vertices handled by one parallel task.
+const CHUNK: usize = 4096;
+
+/// The open edges from vertices of `owned` to those of higher ids, and what is wrong with the others.
+fn open_edges(mesh: &TileMesh, owned: &[u32]) -> (Vec<LocalEdge>, Defects) {
+    let (mut open, mut uses, mut defects) = (Vec::new(), Vec::new(), Defects::default());
+    for &v in owned {
         mesh.edges_upwards(v, &mut uses);
         for edge in uses.chunk_by(|a, b| a.other() == b.other()) {
             let opposed = edge.len() == 2 && edge[0].outward() == edge[1].outward();

@@ -12,6 +12,7 @@ use crate::partition::{
 };
 use crate::voting::{FaceGeometry, Noise, rounds};
 use glam::DVec3;
+use rayon::prelude::*;
 
 /// A tile with all that its vertices depend on.
 pub struct Certified {
@@ -108,7 +109,8 @@ fn attempt(plan: &Plan, factor: f64, cell: &Cell, mesh: TileMesh, region: &Regio
     let reach =
         Reach::new(&plan.scale, vertex_rounds.iter().flatten().copied().max().unwrap_or(0)).scaled(factor);
     let (demand, mut gaps) = vertex_demand(&loaded, cell, &reach);
-    let barycentres: Vec<DVec3> = (0..mesh.face_count() as u32).map(|f| mesh.barycentre(f)).collect();
+    let faces_in_order = (0..mesh.face_count() as u32).into_par_iter();
+    let barycentres: Vec<DVec3> = faces_in_order.map(|f| mesh.barycentre(f)).collect();
     let noise = levels.levels_at(&barycentres);
     let face_rounds: Vec<Option<u32>> = noise.iter().map(|s0| s0.map(|s0| rounds(&plan.scale, s0))).collect();
     let (needed, more) = round_demand(&loaded, plan, &demand.voted, &face_rounds, &reach);
@@ -166,8 +168,7 @@ fn paper_attempt(
 /// K at each vertex where it is known. Whatever uses K certifies that it is, so that the largest known one is at least as
 /// large as any that is used.
 fn rounds_at_vertices(mesh: &TileMesh, plan: &Plan, levels: &Noise) -> Vec<Option<u32>> {
-    let positions: Vec<DVec3> = (0..mesh.vertex_count() as u32).map(|v| mesh.position(v)).collect();
-    levels.levels_at(&positions).into_iter().map(|s0| s0.map(|s0| rounds(&plan.scale, s0))).collect()
+    levels.levels_at(&mesh.positions).into_iter().map(|s0| s0.map(|s0| rounds(&plan.scale, s0))).collect()
 }
 
 impl Certified {

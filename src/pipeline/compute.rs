@@ -20,7 +20,11 @@ use crate::voting::{
     Stop, Surroundings, Vote, first_votes, refine, stops, surroundings, vote_again, votes, widen,
 };
 use glam::DVec3;
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+
+/// Vertices handled by one parallel task.
+const CHUNK: usize = 4096;
 
 /// What one tile contributes.
 #[derive(Serialize, Deserialize)]
@@ -95,7 +99,7 @@ pub fn compute(
         share: close(fragments, &Rules::new(&plan.scale, params), &fit),
         fields: with.iter().map(|&v| finding.fields(tile, &table, v)).collect(),
         loaded_faces: mesh.face_count() as u64,
-        owned_faces: mesh.corners.iter().filter(|c| tile.owns_face(c)).count() as u64,
+        owned_faces: mesh.corners.par_iter().filter(|c| tile.owns_face(c)).count() as u64,
     }
 }
 
@@ -206,9 +210,13 @@ impl Finding {
         let Finding { votes, positions, support, stops, r, .. } = self;
         let ridge = ridges(mesh, &plan.scale, votes, r, support, stops, &tile.vertex_rounds, &demand.linked);
         let linker = Linker { mesh, positions, votes, r, support, stops, ridge: &ridge };
-        let mut links = Vec::new();
-        demand.owned.iter().for_each(|&v| linker.links_from(v, &mut links));
-        links
+        let from_chunk = |owned: &[u32]| -> Vec<Link> {
+            let mut links = Vec::new();
+            owned.iter().for_each(|&v| linker.links_from(v, &mut links));
+            links
+        };
+        let links: Vec<Vec<Link>> = demand.owned.par_chunks(CHUNK).map(from_chunk).collect();
+        links.into_iter().flatten().collect()
     }
 
     /// Step F at the vertices of lines (`named`) and at those of `with` that are features, if there are any `with`, or if

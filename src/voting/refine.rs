@@ -174,18 +174,18 @@ fn voters_of(mesh: &TileMesh, f: u32, list: &mut Vec<u32>, scratch: &mut Vec<u32
         let beside = across.map(|beyond| if let Beyond::One(g) = beyond { g } else { f });
         list.extend(beside.iter().filter(|&&g| g != f));
         let two = list.len() - first;
-        for (i, v) in corners.into_iter().enumerate() {
-            let others = [f, beside[i], beside[(i + 2) % 3]];
-            let row = mesh.faces_of(v);
-            let mut end = list.len();
-            list.resize(end + row.len(), 0);
+        let rows = corners.map(|v| mesh.faces_of(v));
+        let mut end = list.len();
+        list.resize(end + rows.iter().map(|row| row.len()).sum::<usize>(), 0);
+        for (i, row) in rows.into_iter().enumerate() {
+            let [after, before] = [beside[i], beside[(i + 2) % 3]];
             for &g in row {
                 // Without a branch: which way it goes cannot be guessed.
                 list[end] = g;
-                end += usize::from(g != others[0] && g != others[1] && g != others[2]);
+                end += usize::from((g != f) & (g != after) & (g != before));
             }
-            list.truncate(end);
         }
+        list.truncate(end);
         return (3, two);
     }
     scratch.clear();
