@@ -58,13 +58,16 @@ pub struct Mesh {
 impl Mesh {
     /// A roof whose faces and vertices come in no order, the same in every run.
     pub fn scattered() -> Mesh {
-        let roof = Mesh::roof(40);
-        let (n, m) = (roof.positions.len(), roof.faces.len());
-        // Both steps have no divisor in common with the lengths, so that each is met once.
-        let (vertex, face) = (|v: usize| v * 1013 % n, |f: usize| f * 1237 % m);
-        let mut mesh = roof.clone();
-        (0..n).for_each(|v| mesh.positions[vertex(v)] = roof.positions[v]);
-        (0..m).for_each(|f| mesh.faces[face(f)] = roof.faces[f].map(|v| vertex(v as usize) as u32));
+        Mesh::roof(40).shuffled()
+    }
+
+    /// The same mesh with faces and vertices in no order, the same in every run.
+    pub fn shuffled(&self) -> Mesh {
+        let (n, m) = (self.positions.len(), self.faces.len());
+        let (vertex, face) = (jump(n, 1013), jump(m, 1237));
+        let mut mesh = self.clone();
+        (0..n).for_each(|v| mesh.positions[vertex(v)] = self.positions[v]);
+        (0..m).for_each(|f| mesh.faces[face(f)] = self.faces[f].map(|v| vertex(v as usize) as u32));
         mesh
     }
 
@@ -173,4 +176,18 @@ pub fn read_vertices(path: &Path) -> BTreeMap<String, Vec<f64>> {
     }
     assert!(rest.is_empty(), "{}: more than the vertices", path.display());
     table
+}
+
+/// Numbers from 0 to `n` by steps of `step` or a little more: one that has no divisor in common with `n`, so that each is met
+/// once.
+fn jump(n: usize, step: usize) -> impl Fn(usize) -> usize {
+    let share_a_divisor = |a: usize, b: usize| {
+        let (mut a, mut b) = (a, b);
+        while b > 0 {
+            (a, b) = (b, a % b);
+        }
+        a > 1
+    };
+    let step = (step..).find(|&step| !share_a_divisor(step, n)).unwrap_or(1);
+    move |i| i * step % n
 }
