@@ -19,18 +19,15 @@ pub fn unit(v: DVec3) -> DVec3 {
     v * (1.0 / v.dot(v).sqrt().max(1e-300))
 }
 
-/// Two unit vectors at right angles to the unit vector `normal` and to each other.
+/// Two unit vectors at right angles to the unit vector `normal` and to each other. After Duff et al. (2017): the frame of z
+/// turned the shortest way to the normal, or that of -z, whichever is nearer.
+#[inline]
 pub fn frame(normal: DVec3) -> [DVec3; 2] {
-    let m = normal.abs();
-    let axis = if m.x <= m.y && m.x <= m.z {
-        DVec3::X
-    } else if m.y <= m.z {
-        DVec3::Y
-    } else {
-        DVec3::Z
-    };
-    let x = unit(normal.cross(axis));
-    [x, normal.cross(x)]
+    let DVec3 { x, y, z } = normal;
+    let sign = 1f64.copysign(z);
+    let a = -1.0 / (sign + z);
+    let b = x * y * a;
+    [DVec3::new(1.0 + sign * x * x * a, sign * b, -sign * x), DVec3::new(b, sign + y * y * a, -y)]
 }
 
 /// The angle whose tangent is the root of `ratio`: turns an eigenvalue ratio of an even plate tensor into half the fold

@@ -1,7 +1,7 @@
 //! Symmetric 3x3 tensors and their eigensystem.
 //!
 //! Two ways, both made of + - * / sqrt only. Where the largest eigenvalue stands apart, as it does at all but corners and
-//! right angles, it is found by Newton's method, its vector as a cross product, and the other two in the plane across, as
+//! right angles, it is found by Halley's method, its vector as a cross product, and the other two in the plane across, as
 //! the roots of a 2x2 matrix: as precise as rotations, and several times as fast. Elsewhere cyclic Jacobi rotations:
 //! backward stable, also at multiple eigenvalues. Closed forms through `acos` lose half the digits exactly where a flat
 //! vertex is told from a weak crease.
@@ -33,9 +33,12 @@ pub struct Eigen {
 const MAX_SWEEPS: usize = 12;
 /// Off-diagonal entries below this share of the diagonal no longer change an f64 eigenvalue.
 const CONVERGED: f64 = 1e-18;
-/// Newton's method starts above the root and comes down: quadratically when it is near, which it is from the start where
+/// Halley's method starts above the root and comes down: cubically when it is near, which it is from the start where
 /// normals agree. Where it takes longer, rotations do as well.
 const MAX_STEPS: usize = 8;
+/// A step by this share of the trace is the last one: what is left is the third power of it, times a few, and far below
+/// what the vector may lack.
+const LAST_STEP: f64 = 1e-4;
 /// The largest eigenvalue stands apart if the gap to the next is this share of it.
 const APART: f64 = 0.05;
 /// What the largest eigenvector may lack of being one, as a share of its eigenvalue: the square of it is below rounding, so
@@ -88,31 +91,19 @@ impl Sym3 {
 
     /// The eigensystem.
     pub fn eigen(&self) -> Eigen {
-        self.deflated().unwrap_or_else(|| self.rotated())
+        self.deflated().map_or_else(|| self.rotated(), |deflated| deflated.eigen())
     }
 
-    /// The eigensystem, if the largest eigenvalue stands apart and none is below zero by more than rounding.
-    fn deflated(&self) -> Option<Eigen> {
+    /// The eigenvalues, in descending order: those of the eigensystem.
+    pub fn eigenvalues(&self) -> [f64; 3] {
+        self.deflated().map_or_else(|| self.rotated().values, |deflated| deflated.values)
+    }
+
+    /// The eigenvalues, if the largest stands apart and none is below zero by more than rounding.
+    #[inline]
+    fn deflated(&self) -> Option<Deflated> {
         let (d, o) = (self.diag, self.off);
-        let trace = d.x + d.y + d.z;
-        // The characteristic polynomial is x^3 - trace x^2 + minors x - determinant. At the trace it is above all roots.
-        let minors = d.x * d.y + d.y * d.z + d.z * d.x - o.dot(o);
-        let determinant =
-            d.x * (d.y * d.z - o.x * o.x) - o.z * (o.z * d.z - o.x * o.y) + o.y * (o.z * o.x - d.y * o.y);
-        let mut largest = trace;
-        for step in 0.. {
-            let value = ((largest - trace) * largest + minors) * largest - determinant;
-            let slope = (3.0 * largest - 2.0 * trace) * largest + minors;
-            let change = value / slope;
-            largest -= change;
-            // What is left after a step this small is the square of it.
-            if change.abs() <= COUPLING * trace {
-                break;
-            }
-            if step == MAX_STEPS || !change.is_finite() {
-                return None;
-            }
-        }
+        let largest = self.largest()?;
         let first = null_vector(&Sym3 { diag: d - DVec3::splat(largest), off: o })?;
         let [x, y] = frame(first);
         let (ax, ay) = (self.times(x), self.times(y));
@@ -120,22 +111,36 @@ impl Sym3 {
         let half = 0.5 * (xx - yy);
         let root = (half * half + xy * xy).sqrt();
         let mean = 0.5 * (xx + yy);
-        // Of two ways to write the vector, that without cancellation.
-        let turned = if half >= 0.0 { (half + root, xy) } else { (xy, root - half) };
-        let length = (turned.0 * turned.0 + turned.1 * turned.1).sqrt();
-        let (c, s) = if length > 0.0 { (turned.0 / length, turned.1 / length) } else { (1.0, 0.0) };
-        let (second, third) = (x * c + y * s, y * c - x * s);
         let values = [first.dot(self.times(first)), mean + root, mean - root];
-        let coupled = [first.dot(ax * c + ay * s), first.dot(ay * c - ax * s)];
-        let gaps = [values[0] - values[1], values[0] - values[2]];
-        let sure = gaps[0] >= APART * values[0]
+        let coupled = [first.dot(ax), first.dot(ay)];
+        let sure = values[0] - values[1] >= APART * values[0]
             && coupled[0].abs() + coupled[1].abs() <= COUPLING * values[0]
             && values[2] >= -CONVERGED.sqrt() * values[0];
-        let (p, q) = (coupled[0] / gaps[0], coupled[1] / gaps[1]);
-        sure.then(|| Eigen {
-            values,
-            vectors: [first + second * p + third * q, second - first * p, third - first * q].map(fix_sign),
-        })
+        sure.then_some(Deflated { values, first, plane: [x, y], coupled, half, root, xy })
+    }
+
+    /// The largest eigenvalue, nearly.
+    #[inline]
+    fn largest(&self) -> Option<f64> {
+        let (d, o) = (self.diag, self.off);
+        let trace = d.x + d.y + d.z;
+        // The characteristic polynomial is x^3 - trace x^2 + minors x - determinant. At the trace it is above all roots.
+        let minors = d.x * d.y + d.y * d.z + d.z * d.x - o.dot(o);
+        let determinant =
+            d.x * (d.y * d.z - o.x * o.x) - o.z * (o.z * d.z - o.x * o.y) + o.y * (o.z * o.x - d.y * o.y);
+        let mut largest = trace;
+        for _ in 0..=MAX_STEPS {
+            let value = ((largest - trace) * largest + minors) * largest - determinant;
+            let slope = (3.0 * largest - 2.0 * trace) * largest + minors;
+            let half_bend = 3.0 * largest - trace;
+            let change = value * slope / (slope * slope - value * half_bend);
+            largest -= change;
+            if change.abs() <= LAST_STEP * trace {
+                return Some(largest);
+            }
+        }
+        // Not a number, too.
+        None
     }
 
     /// The eigensystem by rotations.
@@ -161,6 +166,39 @@ impl Sym3 {
             values: order.map(|i| a[i][i]),
             vectors: order.map(|i| fix_sign(DVec3::new(u[0][i], u[1][i], u[2][i]))),
         }
+    }
+}
+
+/// A matrix after its largest eigenvalue was taken off: what is left in the plane across.
+struct Deflated {
+    /// All three, in descending order.
+    values: [f64; 3],
+    /// The first vector, nearly.
+    first: DVec3,
+    /// Two more, at right angles.
+    plane: [DVec3; 2],
+    /// What the first vector lacks: entries of the matrix between it and the plane.
+    coupled: [f64; 2],
+    /// Half the difference of the diagonal entries in the plane, the same for eigenvalues, the entry off the diagonal.
+    half: f64,
+    root: f64,
+    xy: f64,
+}
+
+impl Deflated {
+    /// With the vectors.
+    #[inline]
+    fn eigen(&self) -> Eigen {
+        let Deflated { values, first, plane: [x, y], coupled, half, root, xy } = *self;
+        // Of two ways to write the vector, that without cancellation.
+        let turned = if half >= 0.0 { (half + root, xy) } else { (xy, root - half) };
+        let length = (turned.0 * turned.0 + turned.1 * turned.1).sqrt();
+        let (c, s) = if length > 0.0 { (turned.0 / length, turned.1 / length) } else { (1.0, 0.0) };
+        let (second, third) = (x * c + y * s, y * c - x * s);
+        let p = (coupled[0] * c + coupled[1] * s) / (values[0] - values[1]);
+        let q = (coupled[1] * c - coupled[0] * s) / (values[0] - values[2]);
+        let vectors = [first + second * p + third * q, second - first * p, third - first * q];
+        Eigen { values, vectors: vectors.map(fix_sign) }
     }
 }
 

@@ -119,7 +119,7 @@ pub fn vote_again(mesh: &TileMesh, tokens: &Field<Token>, scale: &Scale, voted: 
 pub fn votes(mesh: &TileMesh, tokens: &Field<Token>, again: &Field<Sym3>, voted: &Rings) -> Field<Vote> {
     Field::compute(mesh.vertex_count(), voted.within(0), |v| {
         let token = tokens.get(v);
-        let eigenvalues = normalised(token.tensor.eigen().values);
+        let eigenvalues = normalised(token.tensor.eigenvalues());
         let wide = again.get(v).eigen();
         let normal = unit(token.normal);
         let along = wide.vectors[2];
@@ -166,7 +166,7 @@ pub fn widen(
     let calm: Vec<u32> = folded.within(0).iter().copied().filter(asked).collect();
     votes.restrict(folded.within(0));
     votes.revise(&calm, |vote, v| {
-        let widest = half_fold(normalised(tensors.get(v).eigen().values)[1]);
+        let widest = half_fold(normalised(tensors.get(v).eigenvalues())[1]);
         Vote { theta: (vote.near() + vote.far + widest) * (2.0 / 3.0), ..vote }
     });
 }

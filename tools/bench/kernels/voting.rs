@@ -2,7 +2,6 @@
 
 use super::Group;
 use super::town::Town;
-use crease::math::{Eigen, Sym3};
 use crease::voting::{first_votes, refine, stops, surroundings, vote_again, votes, widen};
 use criterion::BatchSize;
 use std::hint::black_box;
@@ -46,9 +45,8 @@ pub fn benches(group: &mut Group, town: &Town) {
 
 /// Both tensors of each vertex, as `votes` takes them apart.
 fn eigensystems(town: &Town) {
-    let take = |tensor: &Sym3| -> Eigen { black_box(tensor).eigen() };
     for &v in town.tile.demand.voted.within(0) {
-        black_box(take(&town.steps.tokens.get(v).tensor));
-        black_box(take(&town.steps.again.get(v)));
+        black_box(black_box(town.steps.tokens.get(v).tensor).eigenvalues());
+        black_box(black_box(town.steps.again.get(v)).eigen());
     }
 }
