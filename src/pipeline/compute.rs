@@ -149,6 +149,7 @@ fn find(tile: &Certified, plan: &Plan, params: &Params, shortcuts: bool) -> Find
         contrast: &contrast(mesh, &plan.scale, &votes, vertex_rounds, &traced),
         surroundings: &surroundings,
         stops: &stops,
+        traced: &demand.traced,
     };
     let support = evidence.support(&demand.linked);
     let r = average_along(mesh, &votes, &surroundings, vertex_rounds, &demand.thinned);

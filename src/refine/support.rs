@@ -4,9 +4,9 @@
 //! that a chance fold without neighbours fades and a weak crease that goes on does not. Measured against the threshold
 //! of its own surroundings rather than against the strongest edge of the model, weak features stand out.
 
-use super::walk::{ahead, turn};
+use super::walk::{Best, cos2_ahead, towards};
 use crate::config::method;
-use crate::math::DEGREE;
+use crate::math::{DEGREE, unit};
 use crate::mesh::{Field, TileMesh};
 use crate::voting::{Stop, Surroundings, Vote};
 use glam::DVec3;
@@ -25,6 +25,21 @@ pub struct Evidence<'a> {
     pub surroundings: &'a Field<Surroundings>,
     /// Where lines stop.
     pub stops: &'a Field<Stop>,
+    /// All vertices that a trace may look at.
+    pub traced: &'a [u32],
+}
+
+/// What a trace looks at before it steps to a vertex, in one line of a cache.
+#[derive(Clone, Copy, Default)]
+#[repr(align(64))]
+struct Sight {
+    position: DVec3,
+    /// Direction of the line.
+    t: DVec3,
+    theta: f64,
+    /// The least squared cosine between that line and the direction of travel: none where lines stop, more than there is
+    /// where the surface folds too little.
+    least_cos2: f64,
 }
 
 /// Support of a vertex by the line through it.
@@ -73,6 +88,11 @@ impl Support {
 /// q is a ratio to a threshold that is never zero; the cap only keeps it printable.
 const MEASURE_CAP: f64 = 1e9;
 
+/// A least squared cosine that any line has.
+const ANY_COS2: f64 = -1.0;
+/// One that no line has.
+const NO_COS2: f64 = f64::INFINITY;
+
 /// Whether a vertex folds too little to support or to be supported.
 fn is_low(vote: Vote, surroundings: Surroundings) -> bool {
     vote.theta < method::TRACE_LOW * surroundings.threshold
@@ -84,21 +104,30 @@ pub fn traceable(votes: &Field<Vote>, surroundings: &Field<Surroundings>, at: &[
 }
 
 impl Evidence<'_> {
-    fn low(&self, v: u32) -> bool {
-        is_low(self.votes.get(v), self.surroundings.get(v))
-    }
-
     /// Support of each vertex of `at`.
     pub fn support(&self, at: &[u32]) -> Field<Support> {
-        Field::compute(self.mesh.vertex_count(), at, |v| self.support_of(v))
+        let n = self.mesh.vertex_count();
+        let sights = Field::compute(n, self.traced, |v| self.sight(v));
+        Field::compute(n, at, |v| self.support_of(&sights, v))
     }
 
-    fn support_of(&self, v: u32) -> Support {
+    fn sight(&self, v: u32) -> Sight {
+        let vote = self.votes.get(v);
+        let least_cos2 = if self.stops.get(v).any() {
+            ANY_COS2
+        } else if is_low(vote, self.surroundings.get(v)) {
+            NO_COS2
+        } else {
+            method::TURN_COS * method::TURN_COS
+        };
+        Sight { position: self.positions.get(v), t: vote.t, theta: vote.theta, least_cos2 }
+    }
+
+    fn support_of(&self, sights: &Field<Sight>, v: u32) -> Support {
         let (mut salience, mut contrast) = (0.0, 0.0);
-        if !self.low(v) {
-            let vote = self.votes.get(v);
-            let forward = self.trace(v, vote.t);
-            let backward = self.trace(v, -vote.t);
+        let vote = self.votes.get(v);
+        if !is_low(vote, self.surroundings.get(v)) {
+            let [forward, backward] = self.traces(sights, v);
             let count = 1.0 + forward.count + backward.count;
             salience = (vote.theta + forward.theta + backward.theta) / count;
             contrast = (self.contrast.get(v) + forward.contrast + backward.contrast) / count;
@@ -107,54 +136,78 @@ impl Evidence<'_> {
         Support { salience, contrast, measure }
     }
 
-    /// Follows the line from `v` towards `d`.
-    fn trace(&self, v: u32, d: DVec3) -> Side {
-        let mut side = Side { theta: 0.0, contrast: 0.0, count: method::TRACE_STEPS as f64 };
-        let (mut current, mut previous, mut d) = (v, v, d);
-        let most = method::TRACE_LEND * self.votes.get(v).theta;
+    /// Follows the line from `v` both ways, by turns: each step waits for the one before, but not for the other side.
+    fn traces(&self, sights: &Field<Sight>, v: u32) -> [Trace; 2] {
+        let Sight { t, theta, .. } = sights.get(v);
+        let mut sides = [Trace::new(v, t), Trace::new(v, -t)];
         for step in 0..method::TRACE_STEPS {
-            // A line that runs out leaves its missing vertices in the count, as zeros.
-            let Some(next) = self.next(v, current, previous, d) else { break };
-            if self.stops.get(next).any() {
-                // A line that ends where lines end is supported all the way.
-                side.count = step as f64;
-                break;
+            for side in sides.iter_mut().filter(|side| side.goes_on) {
+                self.step(sights, v, method::TRACE_LEND * theta, step, side);
             }
-            let vote = self.votes.get(next);
-            let lent = vote.theta.min(most);
-            side.theta += lent;
-            side.contrast += self.contrast.get(next) * (lent / vote.theta);
-            d = turn(d, vote.t);
-            (previous, current) = (current, next);
         }
-        side
+        sides
     }
 
-    /// The neighbour of `current` that best continues the line: not back, in the cone, itself folded enough and running
-    /// the same way unless it is a stop, with the largest cos^2 theta.
-    fn next(&self, start: u32, current: u32, previous: u32, d: DVec3) -> Option<u32> {
-        let mut best = None;
-        let mut largest = 0.0;
-        for (u, cos) in ahead(self.mesh, |u| self.positions.get(u), current, d)
-            .filter(|(u, _)| *u != start && *u != previous)
-        {
-            let vote = self.votes.get(u);
-            if !self.stops.get(u).any() && (self.low(u) || vote.t.dot(d).abs() < method::TURN_COS) {
-                continue;
-            }
-            let score = cos * cos * vote.theta;
-            if score > largest {
-                largest = score;
-                best = Some(u);
-            }
+    /// One step of a trace from `start`, on which no vertex counts more than `most`.
+    fn step(&self, sights: &Field<Sight>, start: u32, most: f64, step: usize, side: &mut Trace) {
+        let Some(next) = self.next(sights, start, side) else {
+            // A line that runs out leaves its missing vertices in the count, as zeros.
+            side.goes_on = false;
+            return;
+        };
+        let seen = sights.get(next);
+        if seen.least_cos2 == ANY_COS2 {
+            // A line that ends where lines end is supported all the way.
+            side.count = step as f64;
+            side.goes_on = false;
+            return;
         }
-        best
+        let lent = seen.theta.min(most);
+        side.theta += lent;
+        side.contrast += self.contrast.get(next) * (lent / seen.theta);
+        side.direction = towards(unit(side.direction), seen.t);
+        (side.previous, side.current) = (side.current, next);
+    }
+
+    /// The neighbour that best continues the line: not back, in the cone, itself folded enough and running the same way
+    /// unless it is a stop, with the largest cos^2 theta.
+    #[inline]
+    fn next(&self, sights: &Field<Sight>, start: u32, side: &Trace) -> Option<u32> {
+        let origin = sights.get(side.current).position;
+        let d = side.direction;
+        // The direction is compared with as it is: to wait for a square root in each step would take as long as the rest.
+        let d2 = d.dot(d);
+        let mut best = Best::above(0.0);
+        for &u in self.mesh.ring_of(side.current) {
+            let seen = sights.get(u);
+            let cos2_d2 = cos2_ahead(seen.position - origin, d);
+            let turn = seen.t.dot(d);
+            let onward = (cos2_d2 >= method::CONE_COS * method::CONE_COS * d2)
+                & (turn * turn >= seen.least_cos2 * d2)
+                & (u != start)
+                & (u != side.previous);
+            best.offer(u, cos2_d2 * seen.theta, onward);
+        }
+        best.vertex()
     }
 }
 
-/// What one side of a trace adds.
-struct Side {
+/// One side of a trace.
+struct Trace {
+    current: u32,
+    previous: u32,
+    /// Of travel; not of unit length.
+    direction: DVec3,
+    goes_on: bool,
+    /// What it adds.
     theta: f64,
     contrast: f64,
     count: f64,
+}
+
+impl Trace {
+    fn new(v: u32, direction: DVec3) -> Trace {
+        let count = method::TRACE_STEPS as f64;
+        Trace { current: v, previous: v, direction, goes_on: true, theta: 0.0, contrast: 0.0, count }
+    }
 }

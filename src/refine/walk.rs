@@ -25,5 +25,58 @@ pub(super) fn ahead(
 /// The direction of travel after a step to a vertex whose line runs along `t`, which has no sign of its own: half the
 /// old direction, half the line.
 pub(super) fn turn(d: DVec3, t: DVec3) -> DVec3 {
-    unit(if t.dot(d) >= 0.0 { d + t } else { d - t })
+    unit(towards(d, t))
+}
+
+/// The same, not of unit length.
+#[inline]
+pub(super) fn towards(d: DVec3, t: DVec3) -> DVec3 {
+    d + t * if t.dot(d) >= 0.0 { 1.0 } else { -1.0 }
+}
+
+/// The vertex of the highest score: the first of equals. Which of a ring it is cannot be guessed, so nothing here is a
+/// branch: positive numbers are in the same order as their bits, and integers are chosen without one.
+pub(super) struct Best {
+    vertex: u32,
+    score: u64,
+}
+
+impl Best {
+    /// None yet; scores must be above `least`, which is 0 at least.
+    #[inline]
+    pub fn above(least: f64) -> Best {
+        Best { vertex: NOBODY, score: least.to_bits() }
+    }
+
+    /// Takes `vertex` if it is `allowed` and better. What is no number is not.
+    #[inline]
+    pub fn offer(&mut self, vertex: u32, score: f64, allowed: bool) {
+        let score = (if score > 0.0 { score } else { 0.0 }).to_bits();
+        let better = allowed & (score > self.score);
+        self.vertex = if better { vertex } else { self.vertex };
+        self.score = if better { score } else { self.score };
+    }
+
+    /// The best one.
+    #[inline]
+    pub fn vertex(self) -> Option<u32> {
+        (self.vertex != NOBODY).then_some(self.vertex)
+    }
+}
+
+/// No vertex of a tile.
+const NOBODY: u32 = u32::MAX;
+
+/// The squared cosine of the angle between `e` and `d`, times the squared length of `d`; not a positive number if the angle
+/// is above 90 degrees, or if `e` has no length.
+#[inline]
+pub(super) fn cos2_ahead(e: DVec3, d: DVec3) -> f64 {
+    cos2(e.dot(d), e.dot(e))
+}
+
+/// The same of a vector with this squared length that goes so far `along` the direction.
+#[inline]
+pub(super) fn cos2(along: f64, length2: f64) -> f64 {
+    let along = if along > 0.0 { along } else { 0.0 };
+    along * along / length2
 }

@@ -133,6 +133,7 @@ impl Steps {
             contrast: &contrast,
             surroundings: &surroundings,
             stops: &stops,
+            traced: &demand.traced,
         };
         let support = evidence.support(&demand.linked);
         let r = average_along(mesh, &votes, &surroundings, vertex_rounds, &demand.thinned);

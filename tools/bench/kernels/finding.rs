@@ -23,6 +23,7 @@ pub fn benches(group: &mut Group, town: &Town) {
             contrast: &steps.contrast,
             surroundings: &steps.surroundings,
             stops: &steps.stops,
+            traced: &demand.traced,
         };
         b.iter(|| evidence.support(&demand.linked));
     });
