@@ -8,7 +8,8 @@ use super::tensor::Vote;
 use crate::config::method;
 use crate::math::DEGREE;
 use crate::mesh::{EdgeUse, Field, TileMesh};
-use crate::partition::{Cube, Plan, Rings};
+use crate::partition::{Plan, Rings};
+use rayon::prelude::*;
 
 /// What lines do at a vertex.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -40,6 +41,9 @@ pub struct Surroundings {
     pub further: usize,
 }
 
+/// Vertices whose folds one parallel task sorts into cubes.
+const CHUNK: usize = 4096;
+
 /// Surroundings at `at`, from the background fold: `votes` of every vertex of `voted` enter, which holds all that the levels
 /// need. `rounds` is K of each vertex. The threshold is a multiple of the background, within fixed limits.
 pub fn surroundings(
@@ -50,10 +54,11 @@ pub fn surroundings(
     rounds: &[u32],
     at: &[u32],
 ) -> Field<Surroundings> {
-    let folds = voted.within(0).iter().map(|&v| (mesh.position(v), votes.get(v).theta));
-    let levels = Levels::new(&plan.lattice, folds);
-    let cubes: Vec<Cube> = at.iter().map(|&v| plan.lattice.cube_of(mesh.position(v))).collect();
-    let background = levels.at_each(&cubes, method::BACKGROUND_QUANTILE);
+    let fold = |&v: &u32| (mesh.position(v), votes.get(v).theta);
+    let levels =
+        Levels::new(&plan.lattice, voted.within(0).par_chunks(CHUNK).map(|chunk| chunk.iter().map(fold)));
+    let position = |i| mesh.position(at[i]);
+    let background = levels.at_each(&plan.lattice, at.len(), position, method::BACKGROUND_QUANTILE);
     let mut table = vec![0.0; mesh.vertex_count()];
     at.iter().zip(background).for_each(|(&v, b)| table[v as usize] = b);
     Field::compute(mesh.vertex_count(), at, |v| {

@@ -25,37 +25,38 @@ pub struct Levels {
 }
 
 impl Levels {
-    /// Sorts `samples` (position, value of at least 0) into cubes.
-    pub fn new(lattice: &Lattice, samples: impl Iterator<Item = (DVec3, f64)>) -> Levels {
-        let mut slots: FxHashMap<Cube, u32> = FxHashMap::default();
-        // Neighbouring samples mostly share a cube.
-        let mut last: Option<(Cube, u32)> = None;
-        let keyed: Vec<(u32, u16)> = samples
-            .map(|(position, value)| {
-                let cube = lattice.cube_of(position);
-                let slot = match last {
-                    Some((c, slot)) if c == cube => slot,
-                    _ => {
-                        let next = slots.len() as u32;
-                        *slots.entry(cube).or_insert(next)
-                    }
-                };
-                last = Some((cube, slot));
-                (slot, bin(value))
-            })
-            .collect();
-        let mut starts = vec![0u32; slots.len() + 1];
-        keyed.iter().for_each(|(slot, _)| starts[*slot as usize + 1] += 1);
+    /// Sorts samples (position, value of at least 0) into cubes: those of each of `chunks` by itself, in parallel.
+    pub fn new<S: Iterator<Item = (DVec3, f64)>>(
+        lattice: &Lattice,
+        chunks: impl IndexedParallelIterator<Item = S>,
+    ) -> Levels {
+        let of_chunk = |samples: S| {
+            let mut numbers = Numbers::default();
+            let keyed: Vec<(u32, u16)> = samples
+                .map(|(position, value)| (numbers.of(lattice.cube_of(position)), bin(value)))
+                .collect();
+            (numbers.cubes, keyed)
+        };
+        let chunks: Vec<Numbered<(u32, u16)>> = chunks.map(of_chunk).collect();
+        let mut numbers = Numbers::default();
+        let slots: Vec<Vec<u32>> = chunks.iter().map(|(cubes, _)| numbers.of_all(cubes)).collect();
+        let mut starts = vec![0u32; numbers.cubes.len() + 1];
+        for ((_, keyed), slots) in chunks.iter().zip(&slots) {
+            keyed.iter().for_each(|(number, _)| starts[slots[*number as usize] as usize + 1] += 1);
+        }
         for i in 1..starts.len() {
             starts[i] += starts[i - 1];
         }
         let mut next = starts.clone();
-        let mut bins = vec![0u16; keyed.len()];
-        for (slot, bin) in keyed {
-            bins[next[slot as usize] as usize] = bin;
-            next[slot as usize] += 1;
+        let mut bins = vec![0u16; starts[starts.len() - 1] as usize];
+        for ((_, keyed), slots) in chunks.iter().zip(&slots) {
+            for (number, bin) in keyed {
+                let next = &mut next[slots[*number as usize] as usize];
+                bins[*next as usize] = *bin;
+                *next += 1;
+            }
         }
-        Levels { slots, starts, bins }
+        Levels { slots: numbers.known, starts, bins }
     }
 
     /// The `quantile` of all samples in the 27 cubes around `cube`; 0 if there are none.
@@ -80,28 +81,82 @@ impl Levels {
         found.map_or(0.0, centre)
     }
 
-    /// Levels at many cubes at once: the level of `cubes[i]` is in the result's i-th place.
-    pub fn at_each(&self, cubes: &[Cube], quantile: f64) -> Vec<f64> {
-        each_distinct(cubes, |c| self.at(c, quantile))
+    /// Levels at many points at once: that of `point(i)` is in the result's i-th place, for each i below `count`.
+    pub fn at_each(
+        &self,
+        lattice: &Lattice,
+        count: usize,
+        point: impl Fn(usize) -> DVec3 + Sync,
+        quantile: f64,
+    ) -> Vec<f64> {
+        at_each(lattice, count, point, |cube| self.at(cube, quantile))
     }
 }
 
-/// `value` at each of `cubes`, worked out once for each distinct one.
-pub(super) fn each_distinct<T: Copy + Send + Sync>(
-    cubes: &[Cube],
+/// Points numbered by one parallel task: many times more than there are in a cube.
+const CHUNK: usize = 4096;
+
+/// `value` of the cube of each of `count` points, worked out once for each cube.
+pub(super) fn at_each<T: Copy + Send + Sync>(
+    lattice: &Lattice,
+    count: usize,
+    point: impl Fn(usize) -> DVec3 + Sync,
     value: impl Fn(Cube) -> T + Sync,
 ) -> Vec<T> {
-    // Neighbouring elements mostly share a cube: what is left after the first pass is short enough to sort.
-    let mut distinct: Vec<Cube> = cubes.chunk_by(|a, b| a == b).map(|same| same[0]).collect();
-    distinct.par_sort_unstable();
-    distinct.dedup();
-    let values: Vec<(Cube, T)> = distinct.par_iter().map(|&c| (c, value(c))).collect();
-    let table: FxHashMap<Cube, T> = values.into_iter().collect();
-    let looked_up = |of_last: &mut Option<(Cube, T)>, &cube: &Cube| match of_last {
-        Some((last, value)) if *last == cube => *value,
-        _ => of_last.insert((cube, table[&cube])).1,
+    let of_chunk = |chunk: usize| {
+        let mut numbers = Numbers::default();
+        let points = chunk * CHUNK..count.min((chunk + 1) * CHUNK);
+        let keyed: Vec<u32> = points.map(|i| numbers.of(lattice.cube_of(point(i)))).collect();
+        (numbers.cubes, keyed)
     };
-    cubes.par_iter().with_min_len(4096).map_init(|| None, looked_up).collect()
+    let chunks: Vec<Numbered<u32>> = (0..count.div_ceil(CHUNK)).into_par_iter().map(of_chunk).collect();
+    let mut numbers = Numbers::default();
+    let slots: Vec<Vec<u32>> = chunks.iter().map(|(cubes, _)| numbers.of_all(cubes)).collect();
+    let values: Vec<T> = numbers.cubes.par_iter().map(|&cube| value(cube)).collect();
+    let Some(&any) = values.first() else { return Vec::new() };
+    let mut all = vec![any; count];
+    all.par_chunks_mut(CHUNK).zip(&chunks).zip(&slots).for_each(|((all, (_, keyed)), slots)| {
+        let of_cubes: Vec<T> = slots.iter().map(|&slot| values[slot as usize]).collect();
+        all.iter_mut().zip(keyed).for_each(|(one, &number)| *one = of_cubes[number as usize]);
+    });
+    all
+}
+
+/// The cubes of one chunk of points, by number, and what is kept of each point: the number of its cube, for one.
+type Numbered<T> = (Vec<Cube>, Vec<T>);
+
+/// Numbers of cubes, in the order in which they are met.
+#[derive(Default)]
+struct Numbers {
+    cubes: Vec<Cube>,
+    known: FxHashMap<Cube, u32>,
+    last: Option<(Cube, u32)>,
+}
+
+impl Numbers {
+    /// The number of `cube`; a new one if it is met for the first time.
+    #[inline]
+    fn of(&mut self, cube: Cube) -> u32 {
+        // Neighbours mostly share a cube.
+        match self.last {
+            Some((last, number)) if last == cube => number,
+            _ => self.look_up(cube),
+        }
+    }
+
+    fn look_up(&mut self, cube: Cube) -> u32 {
+        let next = self.cubes.len() as u32;
+        let number = *self.known.entry(cube).or_insert(next);
+        if number == next {
+            self.cubes.push(cube);
+        }
+        self.last = Some((cube, number));
+        number
+    }
+
+    fn of_all(&mut self, cubes: &[Cube]) -> Vec<u32> {
+        cubes.iter().map(|&cube| self.of(cube)).collect()
+    }
 }
 
 /// Bin of a value: binary exponent and top mantissa bits.
@@ -143,11 +198,15 @@ mod tests {
     fn levels_are_quantiles_of_the_neighbourhood() {
         let lattice = Lattice { origin: DVec3::ZERO, edge: 1.0 };
         let samples = (0..100).map(|i| (DVec3::splat(0.01 * f64::from(i)), f64::from(i)));
-        let levels = Levels::new(&lattice, samples.chain([(DVec3::splat(3.5), 1000.0)]));
+        let samples: Vec<(DVec3, f64)> = samples.chain([(DVec3::splat(3.5), 1000.0)]).collect();
+        let levels = Levels::new(&lattice, samples.par_chunks(7).map(|chunk| chunk.iter().copied()));
         // The 50th of 0..=99 is 49, in the bin from 48 to 52.
         assert_eq!(levels.at([0; 3], 0.5), 50.0);
         assert_eq!(levels.at([1; 3], 0.5), 50.0);
         assert_eq!(levels.at([9; 3], 0.5), 0.0);
-        assert_eq!(levels.at_each(&[[1; 3], [9; 3], [0; 3]], 0.5), [50.0, 0.0, 50.0]);
+        let points = [1.5, 9.5, 0.5].map(DVec3::splat);
+        assert_eq!(levels.at_each(&lattice, 3, |i| points[i], 0.5), [50.0, 0.0, 50.0]);
+        let many = levels.at_each(&lattice, 3 * CHUNK, |i| points[i % 3], 0.5);
+        assert!((0..many.len()).all(|i| many[i] == [50.0, 0.0, 50.0][i % 3]));
     }
 }

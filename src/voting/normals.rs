@@ -2,10 +2,10 @@
 //!
 //! In: a tile mesh. Out: unit normals, areas, and the local noise level s0 as a number K of rounds of refinement.
 
-use super::levels::{Levels, each_distinct};
+use super::levels::{Levels, at_each};
 use crate::config::method;
 use crate::mesh::{Beyond, Csr, EdgeUse, TileMesh};
-use crate::partition::{Cube, Lattice, Region, Scale};
+use crate::partition::{Lattice, Region, Scale};
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -104,8 +104,7 @@ impl<'a> Noise<'a> {
     /// Collects the chords |n_f - n_g| over edges with two faces, at the middles of the edges. An edge of a degenerate face
     /// has no chord.
     pub fn new(mesh: &TileMesh, faces: &FaceGeometry, lattice: &'a Lattice, region: &'a Region) -> Noise<'a> {
-        let all: Vec<u32> = (0..mesh.face_count() as u32).collect();
-        let chord = |f: u32, side: usize| match mesh.across.beyond(f, side) {
+        let chord = &|f: u32, side: usize| match mesh.across.beyond(f, side) {
             Beyond::One(g) if g > f && faces.areas[f as usize] > 0.0 && faces.areas[g as usize] > 0.0 => {
                 let (nf, ng) = (faces.normals[f as usize], faces.normals[g as usize]);
                 let corners = mesh.corners[f as usize];
@@ -115,19 +114,18 @@ impl<'a> Noise<'a> {
             }
             _ => None,
         };
-        let of_chunk = |chunk: &[u32]| -> Vec<(DVec3, f64)> {
-            chunk.iter().flat_map(|&f| (0..3).filter_map(move |side| chord(f, side))).collect()
-        };
-        let chords: Vec<Vec<(DVec3, f64)>> = all.par_chunks(CHUNK).map(of_chunk).collect();
-        Noise { levels: Levels::new(lattice, chords.into_iter().flatten()), lattice, region }
+        let count = mesh.face_count();
+        let chords = (0..count.div_ceil(CHUNK)).into_par_iter().map(|chunk| {
+            let faces = (chunk * CHUNK) as u32..count.min((chunk + 1) * CHUNK) as u32;
+            faces.flat_map(|f| (0..3).filter_map(move |side| chord(f, side)))
+        });
+        Noise { levels: Levels::new(lattice, chords), lattice, region }
     }
 
     /// s0 at each position, `None` where the region does not hold all that it depends on.
     pub fn levels_at(&self, positions: &[DVec3]) -> Vec<Option<f64>> {
-        let cubes: Vec<Cube> = positions.par_iter().map(|&p| self.lattice.cube_of(p)).collect();
-        each_distinct(&cubes, |c| {
-            self.region.covers_level(c).then(|| self.levels.at(c, method::NOISE_QUANTILE))
-        })
+        let level = |c| self.region.covers_level(c).then(|| self.levels.at(c, method::NOISE_QUANTILE));
+        at_each(self.lattice, positions.len(), |i| positions[i], level)
     }
 }
 
