@@ -193,7 +193,9 @@ impl Surface<'_> {
         let mut count = 0;
         for (i, &f) in met.iter().enumerate() {
             let area = self.faces.areas[f as usize] * (per_unit * per_unit);
-            let corners = mesh.corners[f as usize].map(|u| (mesh.position(u) - origin) * per_unit);
+            let [a, b, c] = mesh.corners[f as usize];
+            let place = |u: u32| (mesh.position(u) - origin) * per_unit;
+            let corners = [place(a), place(b), place(c)];
             let centre = (corners[0] + corners[1] + corners[2]) * (1.0 / 3.0);
             let distance2 = centre.dot(centre);
             let least = if i < near.own { LEAST_NEARNESS } else { 0.0 };
