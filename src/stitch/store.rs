@@ -14,10 +14,14 @@ use super::lines::{Measures, length};
 use super::set::{Geometry, LineVertex};
 use super::source::{Counts, LineSource, Polyline, Stream};
 use crate::mesh::VertexId;
-use crate::spill::{Merge, Record, ScratchPlace, Sorted, Sorter};
+use crate::spill::{KeptRun, Merge, Record, ScratchPlace, Sorted, Sorter, blocks_of_records};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use std::cmp::Ordering;
+
+/// Bytes of a block that is handed over to another store, which holds one of every run while it reads: small enough for
+/// hundreds of runs, large enough for a disk.
+const RUN_BLOCK: usize = 1 << 16;
 
 /// Takes finished components.
 #[derive(Debug)]
@@ -116,9 +120,36 @@ impl LineStore {
         Ok(())
     }
 
+    /// Takes finished components that another store has put in order, and that lie where `vertices` and `lines` are.
+    pub fn adopt(&mut self, vertices: KeptRun, lines: KeptRun) {
+        self.vertices.adopt(vertices);
+        self.lines.adopt(lines);
+    }
+
     /// Bytes that are held.
     pub fn bytes(&self) -> u64 {
         self.vertices.bytes() + self.lines.bytes()
+    }
+
+    /// Puts vertices and lines in order, for a store that joins them with others: hands over blocks of both, for
+    /// [`LineStore::adopt`]. Returns the most bytes that were held.
+    ///
+    /// # Errors
+    /// If a temporary file cannot be written or read, or one of the two refuses.
+    pub fn hand_over<E: From<StitchError>>(
+        self,
+        vertices: impl FnMut(&[u8]) -> Result<(), E>,
+        lines: impl FnMut(&[u8]) -> Result<(), E>,
+    ) -> Result<u64, E> {
+        let held = self.peak.max(self.bytes());
+        let sorted = self.vertices.finish().map_err(StitchError::from)?;
+        let all = once(sorted.iter().map_err(StitchError::from)?);
+        blocks_of_records(all.map(|vertex| Ok(vertex?)), RUN_BLOCK, vertices)?;
+        drop(sorted);
+        let sorted = self.lines.finish().map_err(StitchError::from)?;
+        let all = sorted.iter().map_err(StitchError::from)?;
+        blocks_of_records(all.map(|line| line.map_err(|e| StitchError::from(e).into())), RUN_BLOCK, lines)?;
+        Ok(held)
     }
 
     /// Puts everything in order. `largest_salience` is that of the mesh.
@@ -162,13 +193,20 @@ impl LineStore {
     }
 }
 
-/// The vertices, each once.
-fn unique(vertices: Merge<'_, StoredVertex>) -> impl Iterator<Item = Result<LineVertex, StitchError>> {
+/// Each vertex once: as creases know it, if one runs through it.
+fn once(
+    vertices: Merge<'_, StoredVertex>,
+) -> impl Iterator<Item = Result<StoredVertex, StitchError>> {
     let mut last = None;
     vertices.filter_map(move |stored| match stored {
-        Ok(StoredVertex { vertex, .. }) => (last.replace(vertex.id) != Some(vertex.id)).then_some(Ok(vertex)),
+        Ok(stored) => (last.replace(stored.vertex.id) != Some(stored.vertex.id)).then_some(Ok(stored)),
         Err(error) => Some(Err(error.into())),
     })
+}
+
+/// The same without what only sorting asks for.
+fn unique(vertices: Merge<'_, StoredVertex>) -> impl Iterator<Item = Result<LineVertex, StitchError>> {
+    once(vertices).map(|stored| stored.map(|stored| stored.vertex))
 }
 
 /// Lines in canonical order, to be read as often as one likes. Temporary files go with it.
