@@ -48,7 +48,14 @@ impl KeptRun {
 
     /// All its records in order, each as soon as it is asked for.
     pub fn records<R: DeserializeOwned>(&self) -> KeptReader<'_, R> {
-        KeptReader { run: &*self.0, next: self.0.start(), at: 0, block: Vec::new(), taken: 0, kind: PhantomData }
+        KeptReader {
+            run: &*self.0,
+            next: self.0.start(),
+            at: 0,
+            block: Vec::new(),
+            taken: 0,
+            kind: PhantomData,
+        }
     }
 }
 

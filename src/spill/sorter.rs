@@ -175,7 +175,9 @@ impl<R: Record> Sorted<R> {
 
     /// Bytes that are held, and that reading takes.
     pub fn bytes(&self) -> u64 {
-        self.bytes + self.runs.iter().map(|run| run.reader_bytes() as u64).sum::<u64>() + kept_bytes(&self.kept)
+        self.bytes
+            + self.runs.iter().map(|run| run.reader_bytes() as u64).sum::<u64>()
+            + kept_bytes(&self.kept)
     }
 
     /// Whether anything was written to a file.
@@ -273,7 +275,8 @@ mod tests {
 
     #[test]
     fn a_run_that_is_no_run_is_an_error() {
-        let mut sorter: Sorter<Vec<u64>> = Sorter::new("test", 1 << 20, &ScratchPlace::below("/nowhere".as_ref()));
+        let mut sorter: Sorter<Vec<u64>> =
+            Sorter::new("test", 1 << 20, &ScratchPlace::below("/nowhere".as_ref()));
         sorter.adopt(KeptRun::in_memory(vec![vec![3, 1, 2]]));
         let all = sorter.finish().expect("nothing is read");
         assert!(matches!(all.iter(), Err(SpillError::Changed { offset: 0, .. })));

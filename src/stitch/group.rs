@@ -106,7 +106,8 @@ fn pieces(
     shelf: &ShelfReader,
 ) -> impl Iterator<Item = Result<OpenPart, StitchError>> + '_ {
     let Waiting { kind, content, mut seams } = waiting;
-    let common: Vec<Seam> = seams.iter().take(1).map(|seam| Seam { vertex: seam.vertex, tiles: vec![own] }).collect();
+    let common: Vec<Seam> =
+        seams.iter().take(1).map(|seam| Seam { vertex: seam.vertex, tiles: vec![own] }).collect();
     if let Some(first) = seams.first_mut() {
         first.tiles.push(own);
         first.tiles.sort_unstable();

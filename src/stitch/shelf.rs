@@ -146,7 +146,8 @@ impl ShelfReader {
     /// The same piece by piece: none has more than some thousand elements. An error ends the iterator.
     pub fn pieces(&self, content: Content) -> impl Iterator<Item = Result<Part, StitchError>> + '_ {
         let Content { part, shelved, .. } = content;
-        let shelved = shelved.into_iter().filter_map(|extent| self.blocks.as_ref().map(|blocks| read(blocks, extent)));
+        let shelved =
+            shelved.into_iter().filter_map(|extent| self.blocks.as_ref().map(|blocks| read(blocks, extent)));
         part.pieces(BLOCK).into_iter().map(Ok).chain(shelved)
     }
 }

@@ -146,7 +146,11 @@ impl Stitcher {
     /// If a temporary file cannot be written or read, or a component does not fit into the memory alone.
     pub fn finish(self) -> Result<Stitched, StitchError> {
         let (Rest { store, waiting, most_open, .. }, found) = self.rest()?;
-        debug_assert!(waiting.is_empty(), "{} components wait for tiles that nobody called done", waiting.len());
+        debug_assert!(
+            waiting.is_empty(),
+            "{} components wait for tiles that nobody called done",
+            waiting.len()
+        );
         let lines = store.finish(found.largest_salience)?;
         let peak_bytes = most_open.bytes + lines.peak_bytes();
         let work = StitchWork { links: found.links, most_open, peak_bytes };

@@ -194,9 +194,7 @@ impl LineStore {
 }
 
 /// Each vertex once: as creases know it, if one runs through it.
-fn once(
-    vertices: Merge<'_, StoredVertex>,
-) -> impl Iterator<Item = Result<StoredVertex, StitchError>> {
+fn once(vertices: Merge<'_, StoredVertex>) -> impl Iterator<Item = Result<StoredVertex, StitchError>> {
     let mut last = None;
     vertices.filter_map(move |stored| match stored {
         Ok(stored) => (last.replace(stored.vertex.id) != Some(stored.vertex.id)).then_some(Ok(stored)),
