@@ -178,11 +178,12 @@ impl LineStore {
         let mut places = Sorter::new("places", memory / 4, &scratch);
         let mut visits_left = visits.iter()?.peekable();
         for vertex in unique(vertices.iter()?) {
-            let LineVertex { id, position, fitted, .. } = vertex?;
+            let LineVertex { id, position, fitted, corner, .. } = vertex?;
             while let Some(visit) = visits_left.next_if(|v| v.as_ref().map_or(true, |v| v.id == id)) {
                 places.push(Place { place: visit?.place, rank: counts.vertices, position, fitted })?;
             }
             counts.vertices += 1;
+            counts.corners += u64::from(corner);
             counts.largest_id = Some(id);
         }
         debug_assert!(visits_left.next().is_none(), "a line runs through a vertex that is not there");
@@ -240,6 +241,15 @@ impl StoredLines {
         self.vertices.spilled() || self.lines.spilled() || self.places.spilled()
     }
 
+    /// What is said of a line, its strength divided.
+    fn with_strength(&self, line: &StoredLine) -> Measures {
+        let mut measures = line.measures;
+        if line.kind == Kind::Crease {
+            measures.strength /= self.largest_salience.max(f64::MIN_POSITIVE);
+        }
+        measures
+    }
+
     /// A stored line with what is known at the end only.
     fn polyline(&self, line: StoredLine, places: &[Place]) -> Polyline {
         let point = |place: &Place| match self.geometry {
@@ -247,12 +257,9 @@ impl StoredLines {
             Geometry::Fitted => place.fitted,
         };
         let points: Vec<DVec3> = places.iter().map(point).collect();
-        let mut measures = line.measures;
+        let mut measures = self.with_strength(&line);
         if self.geometry == Geometry::Fitted {
             measures.length = length(points.iter().copied());
-        }
-        if line.kind == Kind::Crease {
-            measures.strength /= self.largest_salience.max(f64::MIN_POSITIVE);
         }
         Polyline { vertices: places.iter().map(|place| place.rank).collect(), points, measures }
     }
@@ -296,5 +303,19 @@ impl LineSource for StoredLines {
             Ok(self.lines.iter()?.map(line))
         };
         opened(stream())
+    }
+
+    fn measures(&self) -> Stream<'_, (Measures, u64)> {
+        let measures = |line: Polyline| (line.measures, line.vertices.len() as u64 - 1);
+        match self.geometry {
+            // Only places know how long a fitted line is.
+            Geometry::Fitted => Box::new(self.lines().map(move |line| line.map(measures))),
+            Geometry::Vertices => opened(self.lines.iter().map_err(StitchError::from).map(|lines| {
+                lines.map(|line| {
+                    let line = line?;
+                    Ok((self.with_strength(&line), line.ids.len() as u64 - 1))
+                })
+            })),
+        }
     }
 }

@@ -113,11 +113,11 @@ pub(in crate::cli) struct StitchArgs {
     pub directory: PathBuf,
 
     /// Stitch the tiles of a group only, counted from 0, for the stitching of the whole, which takes it in their place.
-    #[arg(long, value_name = "N", conflicts_with_all = ["groups", "output", "reports"])]
+    #[arg(long, value_name = "N", conflicts_with_all = ["groups", "OutputArgs", "ReportArgs"])]
     pub group: Option<u32>,
 
     /// The same for several groups, one after the other, as `crease status --step group` lists them: 0-3,7.
-    #[arg(long, value_name = "A-B,...", value_parser = ranges, conflicts_with_all = ["output", "reports"])]
+    #[arg(long, value_name = "A-B,...", value_parser = ranges, conflicts_with_all = ["OutputArgs", "ReportArgs"])]
     pub groups: Option<TileSet>,
 
     #[command(flatten)]
