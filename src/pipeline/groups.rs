@@ -90,14 +90,15 @@ impl Job<'_> {
     pub(super) fn line_memory_for(&self, ledger: &Ledger, cells: usize) -> LineMemory {
         let memory = self.limits.memory;
         let done = ledger.done(Pass::Links);
-        let all = match &self.part {
-            Part::Group(tiles) => tiles.clone().all(|tile| done.contains(&TileId(tile))),
-            _ => done.len() == cells,
+        let (all, last) = match &self.part {
+            // What waits for tiles outside is there to the end.
+            Part::Group(tiles) => (tiles.clone().all(|tile| done.contains(&TileId(tile))), memory / 2),
+            _ => (done.len() == cells, self.line_memory.last),
         };
         match memory {
             NO_LIMIT => self.line_memory,
             _ if !all || !self.is_for_tasks() => self.line_memory,
-            _ => LineMemory { open: memory / STITCH_SHARE, lines: memory / STITCH_SHARE, ..self.line_memory },
+            _ => LineMemory { open: memory / STITCH_SHARE, lines: memory / STITCH_SHARE, last },
         }
     }
 }

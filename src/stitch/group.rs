@@ -66,12 +66,7 @@ impl Stitcher {
     ) -> Result<StitchWork, E> {
         let (Rest { store, waiting, shelf, most_open }, found) = self.rest()?;
         let links = found.links;
-        let sections = std::cell::RefCell::new(put);
-        let held = store.hand_over(
-            |bytes| (sections.borrow_mut())(Section::Vertices, bytes),
-            |bytes| (sections.borrow_mut())(Section::Lines, bytes),
-        )?;
-        let put = sections.into_inner();
+        let held = store.hand_over(put)?;
         let pieces = waiting.into_iter().flat_map(|waiting| pieces(waiting, own, &shelf));
         let pieces = pieces.map(|piece| piece.map_err(E::from));
         blocks_of_records(pieces, OPEN_BLOCK, |bytes| put(Section::Open, bytes))?;

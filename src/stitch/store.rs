@@ -10,6 +10,7 @@
 use super::component::{Finished, FinishedLine};
 use super::error::StitchError;
 use super::fragments::Kind;
+use super::group::Section;
 use super::lines::{Measures, length};
 use super::set::{Geometry, LineVertex};
 use super::source::{Counts, LineSource, Polyline, Stream};
@@ -135,20 +136,20 @@ impl LineStore {
     /// [`LineStore::adopt`]. Returns the most bytes that were held.
     ///
     /// # Errors
-    /// If a temporary file cannot be written or read, or one of the two refuses.
+    /// If a temporary file cannot be written or read, or `put` refuses.
     pub fn hand_over<E: From<StitchError>>(
         self,
-        vertices: impl FnMut(&[u8]) -> Result<(), E>,
-        lines: impl FnMut(&[u8]) -> Result<(), E>,
+        put: &mut dyn FnMut(Section, &[u8]) -> Result<(), E>,
     ) -> Result<u64, E> {
         let held = self.peak.max(self.bytes());
-        let sorted = self.vertices.finish().map_err(StitchError::from)?;
-        let all = once(sorted.iter().map_err(StitchError::from)?);
-        blocks_of_records(all.map(|vertex| Ok(vertex?)), RUN_BLOCK, vertices)?;
-        drop(sorted);
-        let sorted = self.lines.finish().map_err(StitchError::from)?;
-        let all = sorted.iter().map_err(StitchError::from)?;
-        blocks_of_records(all.map(|line| line.map_err(|e| StitchError::from(e).into())), RUN_BLOCK, lines)?;
+        let vertices = self.vertices.finish().map_err(StitchError::from)?;
+        let all = once(vertices.iter().map_err(StitchError::from)?).map(|vertex| Ok(vertex?));
+        blocks_of_records(all, RUN_BLOCK, |bytes| put(Section::Vertices, bytes))?;
+        drop(vertices);
+        let lines = self.lines.finish().map_err(StitchError::from)?;
+        let all = lines.iter().map_err(StitchError::from)?;
+        let all = all.map(|line| Ok(line.map_err(StitchError::from)?));
+        blocks_of_records(all, RUN_BLOCK, |bytes| put(Section::Lines, bytes))?;
         Ok(held)
     }
 
