@@ -13,7 +13,7 @@ use serde::Serialize;
 const SCHEMA: u32 = 1;
 /// Time in which the steps that are one task go through a million faces on one core: planning reads the mesh once or thrice,
 /// stitching reads the results of the tiles.
-const PLAN_SECONDS: f64 = 0.6;
+const PLAN_SECONDS: f64 = 0.4;
 const STITCH_SECONDS: f64 = 1e6 * STITCH_SECONDS_PER_FACE;
 
 #[derive(Debug, Serialize)]

@@ -15,7 +15,7 @@ use crate::mesh::TileId;
 use crate::partition::Pass;
 use crate::refine::Extremes;
 use crate::spill::point;
-use crate::stitch::{GroupShare, LineMemory, Section, Stitcher};
+use crate::stitch::{GroupShare, LineMemory, PutBlock, Stitcher};
 use std::collections::BTreeSet;
 use std::ops::Range;
 
@@ -44,11 +44,7 @@ impl Job<'_> {
     ///
     /// # Errors
     /// If a resource runs out, or `put` refuses.
-    pub fn run_group(
-        mut self,
-        tiles: Range<u32>,
-        put: &mut dyn FnMut(Section, &[u8]) -> Result<(), Error>,
-    ) -> Result<Work, Error> {
+    pub fn run_group(mut self, tiles: Range<u32>, put: PutBlock<'_, Error>) -> Result<Work, Error> {
         self.part = Part::Group(tiles.clone());
         let mut work = Work::default();
         let source = Stoppable { source: self.source, stop: self.stop };

@@ -12,18 +12,18 @@ use crate::partition::Cell;
 use rstar::primitives::{GeomWithData, Rectangle};
 use rstar::{AABB, RTree};
 
-/// Processor time for a face that is loaded, measured on one core on cities with noise (`docs/BENCHMARKS.md`).
-const SECONDS_PER_FACE: f64 = 4e-6;
+/// Processor time for a face that is loaded, measured on one core on a city with noise: 2.3 us (`docs/CLUSTER.md`, section 9).
+const SECONDS_PER_FACE: f64 = 2.5e-6;
 
 /// Processor time of stitching for a face of the mesh, and what of it stays with the last step if groups of tiles were stitched
 /// before (`docs/CLUSTER.md`, section 9).
-pub const STITCH_SECONDS_PER_FACE: f64 = 1.3e-7;
-const LAST_SECONDS_PER_FACE: f64 = 7e-8;
+pub const STITCH_SECONDS_PER_FACE: f64 = 1.2e-7;
+const LAST_SECONDS_PER_FACE: f64 = 6.5e-8;
 /// Groups are worth a step of their own where they save so many seconds: a scheduler takes some to see that a step is over and
 /// to start the next, tasks a second to begin.
 const LEAST_SAVED: f64 = 60.0;
 /// Tiles of a group, unless there would be too many groups: a power of two, so that groups are boxes where cells are cut in
-/// halves. With tiles of two million faces such a group takes some 15 seconds, long beside the start of a task.
+/// halves. With tiles of two million faces such a group takes some 8 seconds, long beside the second in which a task starts.
 const GROUP_TILES: u32 = 64;
 /// Groups of a job at most: the last step has a file open for each, and systems allow 1,024.
 pub const MOST_GROUPS: u32 = 500;

@@ -245,7 +245,10 @@ mod tests {
     fn run_of(mut records: Vec<Vec<u64>>) -> KeptRun {
         records.sort();
         let mut blocks = Vec::new();
-        let take = |bytes: &[u8]| Ok::<_, SpillError>(blocks.push(bytes.to_vec()));
+        let take = |bytes: &[u8]| {
+            blocks.push(bytes.to_vec());
+            Ok::<_, SpillError>(())
+        };
         blocks_of_records(records.into_iter().map(Ok), 40, take).expect("blocks");
         KeptRun::in_memory(blocks)
     }

@@ -37,6 +37,9 @@ impl Section {
     pub const ALL: [Section; 4] = [Section::Vertices, Section::Lines, Section::Open, Section::Counts];
 }
 
+/// Whoever keeps the blocks of a group.
+pub type PutBlock<'a, E> = &'a mut dyn FnMut(Section, &[u8]) -> Result<(), E>;
+
 /// Bytes of a block of open parts.
 const OPEN_BLOCK: usize = 1 << 16;
 
@@ -59,11 +62,7 @@ impl Stitcher {
     ///
     /// # Errors
     /// If a temporary file cannot be written or read, a whole component does not fit into the memory alone, or `put` refuses.
-    pub fn leave<E: From<StitchError>>(
-        self,
-        own: TileId,
-        put: &mut dyn FnMut(Section, &[u8]) -> Result<(), E>,
-    ) -> Result<StitchWork, E> {
+    pub fn leave<E: From<StitchError>>(self, own: TileId, put: PutBlock<'_, E>) -> Result<StitchWork, E> {
         let (Rest { store, waiting, shelf, most_open }, found) = self.rest()?;
         let links = found.links;
         let held = store.hand_over(put)?;

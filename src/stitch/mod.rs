@@ -38,7 +38,7 @@ pub use close::{FitAll, OpenPart, TileShare, close};
 pub use component::{Finished, FinishedLine, Part, Rules};
 pub use error::StitchError;
 pub use fragments::{Candidate, Class, Defects, Fragments, Kind, LinkPath, OpenEdge, Seam, VertexFields};
-pub use group::{GroupShare, Section};
+pub use group::{GroupShare, PutBlock, Section};
 pub use lines::Measures;
 pub use open::Held;
 pub use set::{Geometry, Line, LineSet, LineVertex};

@@ -10,7 +10,7 @@
 use super::component::{Finished, FinishedLine};
 use super::error::StitchError;
 use super::fragments::Kind;
-use super::group::Section;
+use super::group::{PutBlock, Section};
 use super::lines::{Measures, length};
 use super::set::{Geometry, LineVertex};
 use super::source::{Counts, LineSource, Polyline, Stream};
@@ -137,10 +137,7 @@ impl LineStore {
     ///
     /// # Errors
     /// If a temporary file cannot be written or read, or `put` refuses.
-    pub fn hand_over<E: From<StitchError>>(
-        self,
-        put: &mut dyn FnMut(Section, &[u8]) -> Result<(), E>,
-    ) -> Result<u64, E> {
+    pub fn hand_over<E: From<StitchError>>(self, put: PutBlock<'_, E>) -> Result<u64, E> {
         let held = self.peak.max(self.bytes());
         let vertices = self.vertices.finish().map_err(StitchError::from)?;
         let all = once(vertices.iter().map_err(StitchError::from)?).map(|vertex| Ok(vertex?));
