@@ -11,6 +11,7 @@
 //! ```
 
 mod args;
+mod attempt;
 mod bus_error;
 mod colour;
 mod commands;

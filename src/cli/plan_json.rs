@@ -5,16 +5,16 @@
 
 use super::args::DetectArgs;
 use crate::config::NO_LIMIT;
-use crate::pipeline::{Laid, TileOutlook};
-use crate::workspace::{PlanRecord, name_of_result};
+use crate::pipeline::{Laid, STITCH_SECONDS_PER_FACE, TileOutlook};
+use crate::workspace::{PlanRecord, count_of_groups, name_of_group, name_of_result, tiles_of_group};
 use serde::Serialize;
 
 /// Of the fields; `docs/CLUSTER.md` says what is in which.
 const SCHEMA: u32 = 1;
 /// Time in which the steps that are one task go through a million faces on one core: planning reads the mesh once or thrice,
 /// stitching reads the results of the tiles.
-const PLAN_SECONDS: f64 = 0.6;
-const STITCH_SECONDS: f64 = 0.2;
+const PLAN_SECONDS: f64 = 0.4;
+const STITCH_SECONDS: f64 = 1e6 * STITCH_SECONDS_PER_FACE;
 
 #[derive(Debug, Serialize)]
 pub(super) struct PlanJson {
@@ -23,6 +23,8 @@ pub(super) struct PlanJson {
     job: String,
     input: InputJson,
     steps: Vec<StepJson>,
+    group_tiles: u32,
+    groups: Vec<GroupJson>,
     tiles: Vec<TileJson>,
 }
 
@@ -42,10 +44,19 @@ struct StepJson {
     tasks: &'static str,
     count: usize,
     after: Option<&'static str>,
-    /// Words behind `crease`; `{workspace}` and `{tile}` stand for what they say.
+    /// Words behind `crease`; `{workspace}`, `{tile}` and `{group}` stand for what they say.
     arguments: Vec<&'static str>,
     memory_bytes: u64,
     cpu_seconds: f64,
+}
+
+#[derive(Debug, Serialize)]
+struct GroupJson {
+    id: u32,
+    first_tile: u32,
+    last_tile: u32,
+    cpu_seconds: f64,
+    result: String,
 }
 
 #[derive(Debug, Serialize)]
@@ -81,6 +92,19 @@ impl PlanJson {
             }
         };
         let tile = ["tile", "{workspace}", "--tile", "{tile}"];
+        let groups: Vec<GroupJson> = groups(record.group_tiles, laid);
+        let slowest = groups.iter().map(|group| group.cpu_seconds).max_by(f64::total_cmp).unwrap_or(0.0);
+        let mut steps = vec![
+            step("plan", "one", 1, None, &["plan"], asked, millions * PLAN_SECONDS),
+            step("tile", "each", tiles.len(), Some("plan"), &tile, memory, longest),
+        ];
+        if !groups.is_empty() {
+            let words = ["stitch", "{workspace}", "--group", "{group}"];
+            steps.push(step("group", "each", groups.len(), Some("tile"), &words, asked, slowest));
+        }
+        let before = if groups.is_empty() { "tile" } else { "group" };
+        let (words, seconds) = (["stitch", "{workspace}"], millions * STITCH_SECONDS);
+        steps.push(step("stitch", "one", 1, Some(before), &words, asked, seconds));
         let mesh = record.mesh.path();
         PlanJson {
             schema: SCHEMA,
@@ -93,19 +117,9 @@ impl PlanJson {
                 mesh: mesh.to_string_lossy().into_owned(),
                 reordered: laid.work.rewritten,
             },
-            steps: vec![
-                step("plan", "one", 1, None, &["plan"], asked, millions * PLAN_SECONDS),
-                step("tile", "each", tiles.len(), Some("plan"), &tile, memory, longest),
-                step(
-                    "stitch",
-                    "one",
-                    1,
-                    Some("tile"),
-                    &["stitch", "{workspace}"],
-                    asked,
-                    millions * STITCH_SECONDS,
-                ),
-            ],
+            steps,
+            group_tiles: record.group_tiles,
+            groups,
             tiles,
         }
     }
@@ -114,18 +128,39 @@ impl PlanJson {
     pub fn to_bytes(&self) -> Vec<u8> {
         let lines: Vec<String> = self.tiles.iter().map(|tile| format!("    {}", json(tile))).collect();
         let steps: Vec<String> = self.steps.iter().map(|step| format!("    {}", json(step))).collect();
+        let groups: Vec<String> = self.groups.iter().map(|group| format!("    {}", json(group))).collect();
+        let groups =
+            if groups.is_empty() { "[]".to_owned() } else { format!("[\n{}\n  ]", groups.join(",\n")) };
         format!(
-            "{{\n  \"schema\": {},\n  \"crease\": {},\n  \"job\": {},\n  \"input\": {},\n  \"steps\": [\n{}\n  ],\n  \"tiles\": \
-             [\n{}\n  ]\n}}\n",
+            "{{\n  \"schema\": {},\n  \"crease\": {},\n  \"job\": {},\n  \"input\": {},\n  \"steps\": [\n{}\n  ],\n  \"group_tiles\": \
+             {},\n  \"groups\": {groups},\n  \"tiles\": [\n{}\n  ]\n}}\n",
             self.schema,
             json(&self.crease),
             json(&self.job),
             json(&self.input),
             steps.join(",\n"),
+            self.group_tiles,
             lines.join(",\n")
         )
         .into_bytes()
     }
+}
+
+/// The groups of `size` tiles each.
+fn groups(size: u32, laid: &Laid) -> Vec<GroupJson> {
+    let tiles = laid.tiles.len() as u32;
+    let group = |id: u32| {
+        let of = tiles_of_group(id, size, tiles);
+        let faces: u64 = laid.tiles[of.start as usize..of.end as usize].iter().map(|tile| tile.faces).sum();
+        GroupJson {
+            id,
+            first_tile: of.start,
+            last_tile: of.end - 1,
+            cpu_seconds: rounded(faces as f64 * STITCH_SECONDS_PER_FACE),
+            result: name_of_group(id),
+        }
+    };
+    (0..count_of_groups(size, tiles)).map(group).collect()
 }
 
 impl TileJson {

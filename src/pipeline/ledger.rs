@@ -20,6 +20,8 @@ pub(super) struct Ledger {
     pieces: BTreeMap<(u8, u32), u32>,
     /// The tiles that this process is for; all, if nothing is said.
     wanted: Option<BTreeSet<TileId>>,
+    /// Tiles whose lines come with a group.
+    covered: BTreeSet<TileId>,
 }
 
 /// The number of a pass in the workspace.
@@ -32,18 +34,33 @@ fn number(pass: Pass) -> u8 {
 }
 
 impl Ledger {
-    /// With what `workspace` holds of the job that was begun there, which has so many tiles.
-    pub fn open(workspace: Option<&Workspace>, tiles: usize) -> Result<Ledger, Error> {
-        let all: Vec<u32> = (0..).take(tiles).collect();
-        let places = workspace.map_or_else(|| Ok(Vec::new()), |workspace| workspace.results(&all))?;
-        Ok(Ledger { workspace: workspace.cloned(), places, pieces: BTreeMap::new(), wanted: None })
+    /// With what `workspace` holds of the job that was begun there, as far as it is of `cells`.
+    pub fn open(workspace: Option<&Workspace>, cells: &[u32]) -> Result<Ledger, Error> {
+        let places = workspace.map_or_else(|| Ok(Vec::new()), |workspace| workspace.results(cells))?;
+        let (workspace, pieces, covered) = (workspace.cloned(), BTreeMap::new(), BTreeSet::new());
+        Ok(Ledger { workspace, places, pieces, wanted: None, covered })
     }
 
     /// For the tiles of `wanted` and no others, which are done whether they were before or not.
     pub fn of(workspace: &Workspace, wanted: &BTreeSet<TileId>) -> Result<Ledger, Error> {
         workspace.write_files()?;
-        let (places, pieces) = (Vec::new(), BTreeMap::new());
-        Ok(Ledger { workspace: Some(workspace.clone()), places, pieces, wanted: Some(wanted.clone()) })
+        let (places, pieces, covered) = (Vec::new(), BTreeMap::new(), BTreeSet::new());
+        let workspace = Some(workspace.clone());
+        Ok(Ledger { workspace, places, pieces, wanted: Some(wanted.clone()), covered })
+    }
+
+    /// Makes no tile that is not one of `wanted`.
+    pub fn only(mut self, wanted: BTreeSet<TileId>) -> Ledger {
+        self.wanted = Some(wanted);
+        self
+    }
+
+    /// Counts `tiles` as done. What is kept of them is handed over only if somebody wants more of it than their lines.
+    pub fn cover(&mut self, tiles: BTreeSet<TileId>, fields: bool) {
+        if !fields {
+            self.places.retain(|place| !tiles.contains(&TileId(place.label.cell)));
+        }
+        self.covered = tiles;
     }
 
     /// The tiles that are to be done in `pass`.
@@ -58,7 +75,8 @@ impl Ledger {
 
     /// The cells that an earlier run has done.
     pub fn done(&self, pass: Pass) -> BTreeSet<TileId> {
-        self.places(pass).map(|place| TileId(place.label.cell)).collect()
+        let own = self.places(pass).map(|place| TileId(place.label.cell));
+        own.chain(self.covered.iter().copied()).collect()
     }
 
     /// Hands over all results of an earlier run, each with its cell and whether it was the last of it.

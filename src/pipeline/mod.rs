@@ -6,6 +6,7 @@ mod census;
 mod certify;
 mod compute;
 mod events;
+mod groups;
 mod guess;
 mod ledger;
 mod order;
@@ -23,8 +24,9 @@ mod tasks;
 mod waits;
 
 pub use events::{Event, Observer, Silent, Stage};
+pub use groups::StitchedGroup;
 pub use guess::Calibration;
-pub use outlook::{Laid, TileOutlook};
+pub use outlook::{Laid, MOST_GROUPS, STITCH_SECONDS_PER_FACE, TileOutlook, group_tiles};
 pub use planned::Planned;
 pub use run::{Detection, Job, Work};
 pub use tasks::TileDone;

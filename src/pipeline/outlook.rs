@@ -12,8 +12,34 @@ use crate::partition::Cell;
 use rstar::primitives::{GeomWithData, Rectangle};
 use rstar::{AABB, RTree};
 
-/// Processor time for a face that is loaded, measured on one core on cities with noise (`docs/BENCHMARKS.md`).
-const SECONDS_PER_FACE: f64 = 4e-6;
+/// Processor time for a face that is loaded, measured on one core on a city with noise: 2.3 us (`docs/CLUSTER.md`, section 9).
+const SECONDS_PER_FACE: f64 = 2.5e-6;
+
+/// Processor time of stitching for a face of the mesh, and what of it stays with the last step if groups of tiles were stitched
+/// before (`docs/CLUSTER.md`, section 9).
+pub const STITCH_SECONDS_PER_FACE: f64 = 1.2e-7;
+const LAST_SECONDS_PER_FACE: f64 = 6.5e-8;
+/// Groups are worth a step of their own where they save so many seconds: a scheduler takes some to see that a step is over and
+/// to start the next, tasks a second to begin.
+const LEAST_SAVED: f64 = 60.0;
+/// Tiles of a group, unless there would be too many groups: a power of two, so that groups are boxes where cells are cut in
+/// halves. With tiles of two million faces such a group takes some 8 seconds, long beside the second in which a task starts.
+const GROUP_TILES: u32 = 64;
+/// Groups of a job at most: the last step has a file open for each, and systems allow 1,024.
+pub const MOST_GROUPS: u32 = 500;
+
+/// How many tiles a group has, of `tiles` that own `faces` faces; 0 where groups are not worth it.
+pub fn group_tiles(tiles: u32, faces: u64) -> u32 {
+    let saved = (STITCH_SECONDS_PER_FACE - LAST_SECONDS_PER_FACE) * faces as f64;
+    if saved < LEAST_SAVED || tiles <= GROUP_TILES {
+        return 0;
+    }
+    let mut size = GROUP_TILES;
+    while tiles.div_ceil(size) > MOST_GROUPS {
+        size *= 2;
+    }
+    size
+}
 
 /// What was planned.
 pub struct Laid {
@@ -90,4 +116,24 @@ fn neighbours(planned: &Planned) -> Vec<Vec<TileId>> {
         found
     };
     plan.cells.iter().enumerate().map(beside).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn groups_are_for_large_meshes() {
+        assert_eq!([group_tiles(1, 2_000_000), group_tiles(400, 800_000_000)], [0, 0]);
+        assert_eq!(group_tiles(1000, 2_000_000_000), GROUP_TILES);
+        // As large a mesh in a few tiles has nothing to group.
+        assert_eq!(group_tiles(60, 2_000_000_000), 0);
+        for tiles in [5_000, 50_000, 5_000_000, u32::MAX] {
+            let size = group_tiles(tiles, 2_000_000 * u64::from(tiles));
+            assert!(
+                tiles.div_ceil(size) <= MOST_GROUPS && size.is_power_of_two(),
+                "{tiles} in groups of {size}"
+            );
+        }
+    }
 }

@@ -8,9 +8,10 @@ use super::events::{Event, Stage};
 use super::ledger::Ledger;
 use super::order::{Mesh, Rewriter};
 use super::planned::Planned;
-use super::run::{Job, Work};
+use super::run::{Job, Part, Work};
 use crate::error::Error;
 use crate::input::MeshSource;
+use crate::mesh::TileId;
 use crate::partition::{Pass, Plan, Scale, SpatialStore, content, scan};
 use crate::spill::point;
 use crate::workspace::{Identity, JobRecord, MeshRecord, Workspace, WorkspaceError};
@@ -189,9 +190,13 @@ impl Job<'_> {
 
     /// What there is of the tiles that this process is for.
     fn ledger(&self, workspace: Option<&Workspace>, planned: &Planned) -> Result<Ledger, Error> {
-        match (workspace, &self.wanted) {
-            (Some(workspace), Some(wanted)) => Ledger::of(workspace, wanted),
-            _ => self.pool.install(|| Ledger::open(workspace, planned.plan.cells.len())),
+        let open = |cells: Vec<u32>| self.pool.install(|| Ledger::open(workspace, &cells));
+        match (workspace, &self.part) {
+            (Some(workspace), Part::Tiles(wanted)) => Ledger::of(workspace, wanted),
+            (_, Part::Group(tiles)) => {
+                Ok(open(tiles.clone().collect())?.only(tiles.clone().map(TileId).collect()))
+            }
+            _ => open((0..).take(planned.plan.cells.len()).collect()),
         }
     }
 }

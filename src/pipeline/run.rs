@@ -7,6 +7,7 @@ use super::admit::Admitted;
 use super::certify::Halo;
 use super::compute::{Asked, TileResult, compute};
 use super::events::{Event, Observer, Stage};
+use super::groups::StitchedGroup;
 use super::ledger::Ledger;
 use super::order::{ORDER_MEMORY, Room};
 use super::paper::PaperMethod;
@@ -27,6 +28,7 @@ use crate::stitch::{Defects, LineMemory, LineSet, Rules, StitchWork, Stitched, S
 use crate::workspace::Workspace;
 use rayon::ThreadPool;
 use std::collections::BTreeSet;
+use std::ops::Range;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
@@ -107,10 +109,22 @@ pub struct Job<'a> {
     pub(super) stop: &'a AtomicBool,
     pub(super) room: Room,
     pub(super) workspace: Option<Workspace>,
-    /// The tiles that this process is for, if it is one task of many.
-    pub(super) wanted: Option<BTreeSet<TileId>>,
+    pub(super) part: Part,
+    /// Groups of tiles that are stitched already.
+    pub(super) groups: Vec<StitchedGroup>,
     reach_factor: f64,
-    line_memory: LineMemory,
+    pub(super) line_memory: LineMemory,
+}
+
+/// What of the job this process is for, if it is one task of many.
+#[derive(Clone, Debug)]
+pub(super) enum Part {
+    /// All that is to be done.
+    All,
+    /// Results of these tiles.
+    Tiles(BTreeSet<TileId>),
+    /// What these tiles leave together.
+    Group(Range<u32>),
 }
 
 /// Share of the memory that lines may use, and what is open between tiles.
@@ -148,7 +162,7 @@ impl<'a> Job<'a> {
                 last: memory / 4 * 3,
             },
         };
-        let (stop, workspace, wanted, reach_factor) = (&NEVER, None, None, 1.0);
+        let (stop, workspace, part, groups, reach_factor) = (&NEVER, None, Part::All, Vec::new(), 1.0);
         Ok(Job {
             source,
             params,
@@ -158,7 +172,8 @@ impl<'a> Job<'a> {
             stop,
             room,
             workspace,
-            wanted,
+            part,
+            groups,
             reach_factor,
             line_memory,
         })
@@ -251,6 +266,7 @@ impl<'a> Job<'a> {
             false => plan.scale.length(crate::config::method::SIGMA_EDGES),
         };
         let tiles = plan.cells.len() as u64;
+        ledger.cover(self.covered(), fields.is_some());
         ledger.count(tiles);
         let extremes = match &self.params.method {
             Method::Robust => Extremes::default(),
@@ -338,7 +354,7 @@ impl<'a> Job<'a> {
     }
 
     /// All tiles, stitched as they come in. Results hold fields if `with_fields`; `fields` wants them, if it is there.
-    fn tiles(
+    pub(super) fn tiles(
         &self,
         mesh: (&dyn MeshSource, &Planned, &mut Ledger),
         extremes: &Extremes,
@@ -347,17 +363,23 @@ impl<'a> Job<'a> {
     ) -> Result<Stitcher, Error> {
         let plan = &mesh.1.plan;
         let rules = Rules::new(&plan.scale, &self.params);
-        let mut stitcher = Stitcher::new(rules, self.line_memory, &self.room.scratch.beside());
+        let memory = self.line_memory_for(mesh.2, plan.cells.len());
+        let mut stitcher = Stitcher::new(rules, memory, &self.room.scratch.beside());
+        self.take_groups(&mut stitcher)?;
+        let covered = self.covered();
         let asked = Asked { fields: with_fields, shortcuts: self.limits.shortcuts };
         let compute = |tile: &Admitted| compute(&tile.tile, plan, &self.params, extremes, asked);
         let pass =
             self.over_tiles(mesh, Stage::Tiles, Pass::Links, compute, |taken: Taken<TileResult>| {
-                let Taken { result: tile, whole, kept, .. } = taken;
+                let Taken { result: tile, whole, kept, cell } = taken;
                 if !kept {
                     work.add(&tile);
                 }
                 if let Some(fields) = &mut fields {
                     fields.take(&tile.fields)?;
+                }
+                if covered.contains(&cell) {
+                    return Ok(());
                 }
                 stitcher.take(tile.share)?;
                 Ok(whole.map_or(Ok(()), |cell| stitcher.done(cell))?)

@@ -5,6 +5,8 @@
 //!  prepare     plan, mesh    prepare, pass                          results       prepare, pass without tiles, stitch
 //! ```
 //!
+//! Between the last two, `run_group` may stitch some of the tiles for `run_stored` ([`super::groups`]).
+//!
 //! In: a workspace that is planned for tasks ([`Workspace::planned`](crate::workspace::Workspace::planned)). Out: results of tiles
 //! in it, and in the end what [`Job::run_stored`] makes of them. Each task goes through the same steps as a run that goes on, so
 //! there is no second way to do anything; what differs is that no task reads the whole mesh.
@@ -15,7 +17,7 @@ use super::events::Stage;
 use super::outlook::{Laid, outlooks};
 use super::pass::Taken;
 use super::prepare::Prepared;
-use super::run::{Job, Work};
+use super::run::{Job, Part, Work};
 use super::stop::Stoppable;
 use crate::config::Method;
 use crate::error::Error;
@@ -73,7 +75,7 @@ impl Job<'_> {
         mut done: impl FnMut(TileDone) -> Result<(), Error>,
     ) -> Result<Work, Error> {
         let total = wanted.len() as u64;
-        self.wanted = Some(wanted);
+        self.part = Part::Tiles(wanted);
         let mut work = Work::default();
         let source = Stoppable { source: self.source, stop: self.stop };
         let Prepared { mesh, planned, mut ledger, fields } = self.prepare(&source, false, &mut work)?;

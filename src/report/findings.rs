@@ -28,13 +28,13 @@ impl Findings {
         let largest_salience = source.largest_salience();
         let mut statistics = Statistics { largest_salience, ..Statistics::default() };
         let (mut counted, mut strongest) = (Histogrammer::new(median_edge), Strongest::new(segments));
-        for (id, line) in (0u64..).zip(source.lines()) {
-            let line = line?;
-            statistics.add_line(&line.measures);
-            counted.add(&line.measures);
-            strongest.offer(id, line.vertices.len() as u64 - 1, &line.measures);
+        for (id, line) in (0u64..).zip(source.measures()) {
+            let (measures, edges) = line?;
+            statistics.add_line(&measures);
+            counted.add(&measures);
+            strongest.offer(id, edges, &measures);
         }
-        source.vertices().try_for_each(|v| v.map(|v| statistics.corners += u64::from(v.corner)))?;
+        statistics.corners = source.counts().corners;
         let (histograms, chosen) = (counted.finish(), strongest.finish());
         Ok(Findings { statistics, histograms, edges: source.counts().edges, chosen })
     }

@@ -42,6 +42,14 @@ pub enum SpillError {
         /// What does not agree.
         reason: &'static str,
     },
+    /// What another process has kept is not what it was when this one looked at it.
+    #[error("{path}: what is at byte {offset} is not what it was when the run began; give the same command again", path = path.display())]
+    Changed {
+        /// The file.
+        path: PathBuf,
+        /// Where, in bytes.
+        offset: u64,
+    },
 }
 
 impl SpillError {

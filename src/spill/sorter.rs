@@ -2,13 +2,15 @@
 //!
 //! In: records in any order. Out: the same records in the order of their keys, as often as one likes. Records are kept until
 //! they fill the memory; then they are sorted and written as a *run*. [`FAN_IN`] runs of one level are merged into one of
-//! the next, so that few files are open at a time and every record is rewritten a few times only.
+//! the next, so that few files are open at a time and every record is rewritten a few times only. What others have sorted
+//! before is taken as it is ([`Run`]), and is rewritten only if there are more of them than can be read at a time.
 
-use super::{ScratchPlace, SpillError, SpillFile, SpillReader, SpillWriter};
+use super::merge::Merge;
+use super::run::{KeptRun, write_record};
+use super::{ScratchPlace, SpillError, SpillFile, SpillWriter};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::cmp::Ordering;
-use std::io::{ErrorKind, Read};
 
 /// A record that can be written, and the order it is sorted in. Records that compare equal must be equal.
 pub trait Record: Clone + Serialize + DeserializeOwned {
@@ -37,6 +39,8 @@ pub struct Sorter<R> {
     heap: u64,
     /// Runs, each with its level; levels descend.
     runs: Vec<(u32, SpillFile)>,
+    /// Runs of others.
+    kept: Vec<KeptRun>,
 }
 
 impl<R: Record> Sorter<R> {
@@ -51,7 +55,13 @@ impl<R: Record> Sorter<R> {
             pending: Vec::new(),
             heap: 0,
             runs: Vec::new(),
+            kept: Vec::new(),
         }
+    }
+
+    /// Takes records that are in order already, wherever they are. Nothing is read of them before the end of the input.
+    pub fn adopt(&mut self, run: KeptRun) {
+        self.kept.push(run);
     }
 
     /// Takes a record.
@@ -86,16 +96,25 @@ impl<R: Record> Sorter<R> {
         while self.runs.len() > FAN_IN {
             self.merge_last(FAN_IN)?;
         }
+        // Readers of the own runs have a half of what is there for reading, those of others the other half.
+        while self.kept.len() > 1 && kept_bytes(&self.kept) > self.memory / 2 {
+            let few = self.kept.split_off(self.kept.len().saturating_sub(FAN_IN));
+            let run = self.merged(Merge::new(&[], &[], &few)?)?;
+            self.runs.push((0, run));
+            while self.runs.len() > FAN_IN {
+                self.merge_last(FAN_IN)?;
+            }
+        }
         let bytes = self.bytes();
         let runs = self.runs.into_iter().map(|(_, run)| run).collect();
-        Ok(Sorted { pending: self.pending, runs, bytes })
+        Ok(Sorted { pending: self.pending, runs, kept: self.kept, bytes })
     }
 
     fn write_run(&mut self) -> Result<(), SpillError> {
         self.pending.sort_unstable_by(R::order);
         let mut run = self.writer()?;
         let mut bytes = Vec::new();
-        self.pending.iter().try_for_each(|record| write(&mut run, record, &mut bytes))?;
+        self.pending.iter().try_for_each(|record| write_record(&mut run, record, &mut bytes))?;
         self.pending.clear();
         self.heap = 0;
         self.runs.push((0, run.finish()?));
@@ -112,12 +131,18 @@ impl<R: Record> Sorter<R> {
     fn merge_last(&mut self, count: usize) -> Result<(), SpillError> {
         let last = self.runs.split_off(self.runs.len() - count);
         let level = last[0].0 + 1;
+        let files: Vec<SpillFile> = last.into_iter().map(|(_, file)| file).collect();
+        let run = self.merged(Merge::new(&[], &files, &[])?)?;
+        self.runs.push((level, run));
+        Ok(())
+    }
+
+    /// All of `records` as one run.
+    fn merged(&self, mut records: Merge<'_, R>) -> Result<SpillFile, SpillError> {
         let mut run = self.writer()?;
         let mut bytes = Vec::new();
-        Merge::<R>::new(&[], last.iter().map(|(_, file)| file))?
-            .try_for_each(|record| write(&mut run, &record?, &mut bytes))?;
-        self.runs.push((level, run.finish()?));
-        Ok(())
+        records.try_for_each(|record| write_record(&mut run, &record?, &mut bytes))?;
+        run.finish()
     }
 
     fn writer(&self) -> Result<SpillWriter, SpillError> {
@@ -125,11 +150,17 @@ impl<R: Record> Sorter<R> {
     }
 }
 
+/// What reading all of `runs` at a time takes.
+fn kept_bytes(runs: &[KeptRun]) -> u64 {
+    runs.iter().map(|run| run.reader_bytes()).sum()
+}
+
 /// Records in order.
 #[derive(Debug)]
 pub struct Sorted<R> {
     pending: Vec<R>,
     runs: Vec<SpillFile>,
+    kept: Vec<KeptRun>,
     bytes: u64,
 }
 
@@ -139,12 +170,14 @@ impl<R: Record> Sorted<R> {
     /// # Errors
     /// If a run cannot be read.
     pub fn iter(&self) -> Result<Merge<'_, R>, SpillError> {
-        Merge::new(&self.pending, self.runs.iter())
+        Merge::new(&self.pending, &self.runs, &self.kept)
     }
 
     /// Bytes that are held, and that reading takes.
     pub fn bytes(&self) -> u64 {
-        self.bytes + self.runs.iter().map(|run| run.reader_bytes() as u64).sum::<u64>()
+        self.bytes
+            + self.runs.iter().map(|run| run.reader_bytes() as u64).sum::<u64>()
+            + kept_bytes(&self.kept)
     }
 
     /// Whether anything was written to a file.
@@ -153,100 +186,10 @@ impl<R: Record> Sorted<R> {
     }
 }
 
-/// A record with its length before it.
-fn write<R: Record>(run: &mut SpillWriter, record: &R, bytes: &mut Vec<u8>) -> Result<(), SpillError> {
-    bytes.clear();
-    bytes.extend([0; 4]);
-    // Records are plain numbers and lists of them: there is none that cannot be encoded.
-    *bytes = postcard::to_extend(record, std::mem::take(bytes)).expect("a plain record");
-    let length = (bytes.len() - 4) as u32;
-    bytes[..4].copy_from_slice(&length.to_le_bytes());
-    run.write(bytes)
-}
-
-/// Several sorted sources as one.
-pub struct Merge<'a, R> {
-    memory: std::slice::Iter<'a, R>,
-    readers: Vec<(SpillReader<'a>, &'a SpillFile)>,
-    /// The next record of each reader, then that of the memory.
-    heads: Vec<Option<R>>,
-    bytes: Vec<u8>,
-    failed: bool,
-}
-
-impl<'a, R: Record> Merge<'a, R> {
-    fn new(memory: &'a [R], runs: impl Iterator<Item = &'a SpillFile>) -> Result<Merge<'a, R>, SpillError> {
-        let readers = runs.map(|run| Ok((run.reader()?, run))).collect::<Result<Vec<_>, SpillError>>()?;
-        let mut merge =
-            Merge { memory: memory.iter(), readers, heads: Vec::new(), bytes: Vec::new(), failed: false };
-        for source in 0..=merge.readers.len() {
-            let head = merge.read(source)?;
-            merge.heads.push(head);
-        }
-        Ok(merge)
-    }
-
-    /// The next record of a source.
-    fn read(&mut self, source: usize) -> Result<Option<R>, SpillError> {
-        let Some((reader, file)) = self.readers.get_mut(source) else {
-            return Ok(self.memory.next().cloned());
-        };
-        let mut length = [0; 4];
-        match reader.read(&mut length[..1]).map_err(|e| damaged(file, e))? {
-            0 => return Ok(None),
-            _ => reader.read_exact(&mut length[1..]).map_err(|e| damaged(file, e))?,
-        }
-        self.bytes.resize(u32::from_le_bytes(length) as usize, 0);
-        reader.read_exact(&mut self.bytes).map_err(|e| damaged(file, e))?;
-        postcard::from_bytes(&self.bytes).map(Some).map_err(|_| cut(file))
-    }
-
-    fn step(&mut self) -> Result<Option<R>, SpillError> {
-        // Few sources: looking at all is as fast as keeping them in order.
-        let first = (0..self.heads.len()).filter(|&i| self.heads[i].is_some()).reduce(|best, i| {
-            let less = match (&self.heads[i], &self.heads[best]) {
-                (Some(a), Some(b)) => a.order(b).is_lt(),
-                _ => false,
-            };
-            if less { i } else { best }
-        });
-        let Some(first) = first else { return Ok(None) };
-        let next = self.read(first)?;
-        Ok(std::mem::replace(&mut self.heads[first], next))
-    }
-}
-
-impl<R: Record> Iterator for Merge<'_, R> {
-    type Item = Result<R, SpillError>;
-
-    /// Ends after an error.
-    fn next(&mut self) -> Option<Result<R, SpillError>> {
-        if self.failed {
-            return None;
-        }
-        let step = self.step();
-        self.failed = step.is_err();
-        step.transpose()
-    }
-}
-
-/// What a reader says through [`Read`], as what it is.
-fn damaged(file: &SpillFile, error: std::io::Error) -> SpillError {
-    let kind = error.kind();
-    match error.downcast::<SpillError>() {
-        Ok(error) => error,
-        Err(_) if kind == ErrorKind::UnexpectedEof => cut(file),
-        Err(source) => SpillError::Io { path: file.path().to_owned(), action: "cannot read", source },
-    }
-}
-
-fn cut(file: &SpillFile) -> SpillError {
-    SpillError::Corrupt { path: file.path().to_owned(), offset: 0, reason: "a record is cut off" }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::spill::blocks_of_records;
     use proptest::prelude::*;
 
     impl Record for Vec<u64> {
@@ -297,6 +240,49 @@ mod tests {
         let mut sorter = Sorter::new("test", 0, &scratch);
         sorter.push(vec![1]).expect("there is one place");
         assert!(matches!(sorter.push(vec![2]), Err(SpillError::Io { .. })));
+    }
+
+    fn run_of(mut records: Vec<Vec<u64>>) -> KeptRun {
+        records.sort();
+        let mut blocks = Vec::new();
+        let take = |bytes: &[u8]| {
+            blocks.push(bytes.to_vec());
+            Ok::<_, SpillError>(())
+        };
+        blocks_of_records(records.into_iter().map(Ok), 40, take).expect("blocks");
+        KeptRun::in_memory(blocks)
+    }
+
+    #[test]
+    fn runs_of_others_are_merged_with_the_own_ones() {
+        let parent = tempfile::tempdir().expect("a temporary directory");
+        let scratch = ScratchPlace::below(parent.path());
+        let records: Vec<Vec<u64>> = (0..3000u64).map(|i| vec![i * 7919 % 3001; (i % 5) as usize]).collect();
+        let mut expected = records.clone();
+        expected.sort();
+        for (memory, spills) in [(1 << 20, false), (2000, true)] {
+            let mut sorter = Sorter::new("test", memory, &scratch);
+            let (own, others) = records.split_at(600);
+            others.chunks(60).for_each(|chunk| sorter.adopt(run_of(chunk.to_vec())));
+            sorter.adopt(run_of(Vec::new()));
+            own.iter().for_each(|record| sorter.push(record.clone()).expect("room"));
+            let all = sorter.finish().expect("room");
+            assert_eq!((all.spilled(), all.kept.len() == 41), (spills, !spills));
+            assert!(kept_bytes(&all.kept) <= memory / 4, "{} readers", all.kept.len());
+            for _ in 0..2 {
+                let read: Vec<Vec<u64>> = all.iter().and_then(|merge| merge.collect()).expect("readable");
+                assert_eq!(read, expected);
+            }
+        }
+    }
+
+    #[test]
+    fn a_run_that_is_no_run_is_an_error() {
+        let mut sorter: Sorter<Vec<u64>> =
+            Sorter::new("test", 1 << 20, &ScratchPlace::below("/nowhere".as_ref()));
+        sorter.adopt(KeptRun::in_memory(vec![vec![3, 1, 2]]));
+        let all = sorter.finish().expect("nothing is read");
+        assert!(matches!(all.iter(), Err(SpillError::Changed { offset: 0, .. })));
     }
 
     proptest! {

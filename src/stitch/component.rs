@@ -62,6 +62,19 @@ impl Part {
         self.links.extend(other.links);
         self.open_edges.extend(other.open_edges);
     }
+
+    /// The same in pieces of at most `most` elements each.
+    pub fn pieces(self, most: usize) -> Vec<Part> {
+        let Part { vertices, links, open_edges } = self;
+        if vertices.len() + links.len() + open_edges.len() <= most {
+            return vec![Part { vertices, links, open_edges }];
+        }
+        let none = Part::default;
+        let vertices = vertices.chunks(most).map(|chunk| Part { vertices: chunk.to_vec(), ..none() });
+        let links = links.chunks(most).map(|chunk| Part { links: chunk.to_vec(), ..none() });
+        let open_edges = open_edges.chunks(most).map(|chunk| Part { open_edges: chunk.to_vec(), ..none() });
+        vertices.chain(links).chain(open_edges).collect()
+    }
 }
 
 /// A line under global ids.

@@ -6,6 +6,8 @@
 //!            └─────> whole components ── component ─────────────────────────┘
 //! ```
 //!
+//! Instead of `source`, `group` hands what some tiles leave together to another stitcher, which takes it in their place.
+//!
 //! Everything that needs more than a tile happens here, on the small graph: joining across seams by global id, junctions,
 //! pruning by length, hysteresis by component, normalisation by the global maximum, and the final order. It is done
 //! component by component, each as soon as no tile can add to it ([`close`](fn@close) says when that is), so that neither
@@ -17,6 +19,7 @@ mod component;
 mod error;
 mod fragments;
 mod graph;
+mod group;
 mod lines;
 mod open;
 mod prune;
@@ -35,6 +38,7 @@ pub use close::{FitAll, OpenPart, TileShare, close};
 pub use component::{Finished, FinishedLine, Part, Rules};
 pub use error::StitchError;
 pub use fragments::{Candidate, Class, Defects, Fragments, Kind, LinkPath, OpenEdge, Seam, VertexFields};
+pub use group::{GroupShare, PutBlock, Section};
 pub use lines::Measures;
 pub use open::Held;
 pub use set::{Geometry, Line, LineSet, LineVertex};

@@ -10,7 +10,7 @@
 
 use super::close::OpenPart;
 use super::error::StitchError;
-use super::fragments::Kind;
+use super::fragments::{Kind, Seam};
 use super::shelf::{Content, Shelf, ShelfReader};
 use crate::mesh::{TileId, VertexId};
 use crate::spill::ScratchPlace;
@@ -56,14 +56,25 @@ pub struct Held {
 struct Component {
     kind: Kind,
     content: Content,
-    /// Vertices that other tiles may name.
-    seams: Vec<VertexId>,
+    /// Vertices that other tiles may name, each once for every tile that may.
+    seams: Vec<(VertexId, TileId)>,
     /// Tiles that own something near them and have not handed over everything.
     awaits: BTreeSet<TileId>,
 }
 
-/// A seam vertex in two maps, and a tile that is waited for in two more: what they take, rounded up.
-const SEAM_BYTES: u64 = 64;
+/// What waits for tiles that are not done.
+#[derive(Debug)]
+pub struct Waiting {
+    /// Of which graph.
+    pub kind: Kind,
+    /// All that is known of it.
+    pub content: Content,
+    /// Those of its vertices that tiles may name that are not done, with these tiles; at least one.
+    pub seams: Vec<Seam>,
+}
+
+/// A seam vertex with a tile in two maps, and a tile that is waited for in two more: what they take, rounded up.
+const SEAM_BYTES: u64 = 80;
 const AWAITED_BYTES: u64 = 64;
 /// What a component takes by itself.
 const COMPONENT_BYTES: u64 = 256;
@@ -75,6 +86,19 @@ impl Component {
     fn bytes(&self) -> u64 {
         let seams = SEAM_BYTES * self.seams.len() as u64 + AWAITED_BYTES * self.awaits.len() as u64;
         COMPONENT_BYTES + self.content.held_bytes() + seams
+    }
+}
+
+impl Component {
+    /// What is left of it to tiles that are not `done`.
+    fn waiting(self, done: &BTreeSet<TileId>) -> Waiting {
+        let Component { kind, content, mut seams, .. } = self;
+        seams.retain(|(_, tile)| !done.contains(tile));
+        let same = seams.chunk_by(|a, b| a.0 == b.0);
+        let seams = same
+            .map(|pairs| Seam { vertex: pairs[0].0, tiles: pairs.iter().map(|pair| pair.1).collect() })
+            .collect();
+        Waiting { kind, content, seams }
     }
 }
 
@@ -132,10 +156,12 @@ impl OpenComponents {
     /// If a temporary file cannot be written, or the seams alone take more than the memory.
     pub fn add(&mut self, open: OpenPart) -> Result<Option<Content>, StitchError> {
         let OpenPart { kind, part, seams } = open;
-        let awaits = seams.iter().flat_map(|seam| &seam.tiles).copied().filter(|t| !self.done.contains(t));
-        let awaits = awaits.collect();
-        let seams: Vec<VertexId> = seams.iter().map(|seam| seam.vertex).collect();
-        let touched: BTreeSet<u64> = seams.iter().filter_map(|&v| self.at.get(&(kind, v)).copied()).collect();
+        let touched: BTreeSet<u64> =
+            seams.iter().filter_map(|seam| self.at.get(&(kind, seam.vertex)).copied()).collect();
+        let pairs = seams.iter().flat_map(|seam| seam.tiles.iter().map(|&tile| (seam.vertex, tile)));
+        // A vertex that only tiles may name that are done is named by nobody any more.
+        let seams: Vec<(VertexId, TileId)> = pairs.filter(|(_, tile)| !self.done.contains(tile)).collect();
+        let awaits = seams.iter().map(|(_, tile)| *tile).collect();
         let mut joined = Component { kind, content: part.into(), seams, awaits };
         let mut number = self.next;
         self.next += 1;
@@ -183,22 +209,15 @@ impl OpenComponents {
         Ok(())
     }
 
-    /// Everything that is still there, whole or not, and where to read it.
+    /// Everything that is still there: what is whole and was put aside, what waits for tiles that are not done, and where to
+    /// read it.
     ///
     /// # Errors
     /// If a temporary file cannot be read.
-    pub fn rest(mut self) -> Result<(Vec<Content>, ShelfReader), StitchError> {
-        debug_assert!(
-            self.components.is_empty(),
-            "{} components wait for tiles that nobody called done",
-            self.components.len()
-        );
-        let numbers: Vec<u64> = self.components.keys().copied().collect();
-        let mut all = std::mem::take(&mut self.aside);
-        all.extend(
-            numbers.into_iter().filter_map(|number| self.take(number)).map(|component| component.content),
-        );
-        Ok((all, self.shelf.finish()?))
+    pub fn rest(self) -> Result<(Vec<Content>, Vec<Waiting>, ShelfReader), StitchError> {
+        let OpenComponents { components, done, aside, shelf, .. } = self;
+        let waiting = components.into_values().map(|component| component.waiting(&done)).collect();
+        Ok((aside, waiting, shelf.finish()?))
     }
 
     fn put(&mut self, number: u64, mut component: Component) -> Result<Option<Content>, StitchError> {
@@ -207,7 +226,7 @@ impl OpenComponents {
         }
         component.seams.sort_unstable();
         component.seams.dedup();
-        component.seams.iter().for_each(|&v| _ = self.at.insert((component.kind, v), number));
+        component.seams.iter().for_each(|&(v, _)| _ = self.at.insert((component.kind, v), number));
         for &tile in &component.awaits {
             self.waiting.entry(tile).or_default().insert(number);
         }
@@ -245,7 +264,7 @@ impl OpenComponents {
 
     fn take(&mut self, number: u64) -> Option<Component> {
         let component = self.components.remove(&number)?;
-        component.seams.iter().for_each(|&v| _ = self.at.remove(&(component.kind, v)));
+        component.seams.iter().for_each(|&(v, _)| _ = self.at.remove(&(component.kind, v)));
         for tile in &component.awaits {
             if let Some(waiting) = self.waiting.get_mut(tile) {
                 waiting.remove(&number);

@@ -147,6 +147,7 @@ impl LineSource for LineSet {
             vertices: self.vertices.len() as u64,
             edges: self.lines.iter().map(|line| line.vertices.len() as u64 - 1).sum(),
             lines: self.lines.len() as u64,
+            corners: self.vertices.iter().filter(|v| v.corner).count() as u64,
             largest_id: self.vertices.last().map(|v| v.id),
         }
     }

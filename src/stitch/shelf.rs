@@ -104,12 +104,7 @@ impl Shelf {
         };
         let part = std::mem::take(&mut content.part);
         content.shelved_bytes += part.bytes();
-        let vertices =
-            part.vertices.chunks(BLOCK).map(|chunk| Part { vertices: chunk.to_vec(), ..Part::default() });
-        let links = part.links.chunks(BLOCK).map(|chunk| Part { links: chunk.to_vec(), ..Part::default() });
-        let open_edges =
-            part.open_edges.chunks(BLOCK).map(|chunk| Part { open_edges: chunk.to_vec(), ..Part::default() });
-        for chunk in vertices.chain(links).chain(open_edges) {
+        for chunk in part.pieces(BLOCK) {
             let bytes = postcard::to_allocvec(&chunk).map_err(|_| not_encoded(writer.path()))?;
             content.shelved.push(writer.write_block(&bytes)?);
         }
@@ -143,17 +138,26 @@ impl ShelfReader {
     /// # Errors
     /// If the file cannot be read.
     pub fn take(&self, content: Content) -> Result<Part, StitchError> {
-        let Content { mut part, shelved, .. } = content;
-        let mut bytes = Vec::new();
-        for extent in shelved {
-            let Some(blocks) = &self.blocks else { continue };
-            blocks.read(extent, &mut bytes)?;
-            part.append(postcard::from_bytes(&bytes).map_err(|_| SpillError::Corrupt {
-                path: blocks.file().path().to_owned(),
-                offset: extent.offset,
-                reason: "it is no part of a graph",
-            })?);
-        }
-        Ok(part)
+        let mut whole = Part::default();
+        self.pieces(content).try_for_each(|piece| piece.map(|piece| whole.append(piece)))?;
+        Ok(whole)
     }
+
+    /// The same piece by piece: none has more than some thousand elements. An error ends the iterator.
+    pub fn pieces(&self, content: Content) -> impl Iterator<Item = Result<Part, StitchError>> + '_ {
+        let Content { part, shelved, .. } = content;
+        let shelved =
+            shelved.into_iter().filter_map(|extent| self.blocks.as_ref().map(|blocks| read(blocks, extent)));
+        part.pieces(BLOCK).into_iter().map(Ok).chain(shelved)
+    }
+}
+
+fn read(blocks: &BlockReader, extent: Extent) -> Result<Part, StitchError> {
+    let mut bytes = Vec::new();
+    blocks.read(extent, &mut bytes)?;
+    Ok(postcard::from_bytes(&bytes).map_err(|_| SpillError::Corrupt {
+        path: blocks.file().path().to_owned(),
+        offset: extent.offset,
+        reason: "it is no part of a graph",
+    })?)
 }

@@ -29,6 +29,8 @@ pub struct Counts {
     pub edges: u64,
     /// Lines.
     pub lines: u64,
+    /// Vertices that are corners.
+    pub corners: u64,
     /// Highest id of a vertex.
     pub largest_id: Option<VertexId>,
 }
@@ -52,6 +54,12 @@ pub trait LineSource {
 
     /// Creases, then boundaries, then non-manifold edges; each in canonical order. An error ends the iterator.
     fn lines(&self) -> Stream<'_, Polyline>;
+
+    /// What is said of each line, and how many edges it has: [`LineSource::lines`] for those who need no points, which are most
+    /// of what there is to read.
+    fn measures(&self) -> Stream<'_, (Measures, u64)> {
+        Box::new(self.lines().map(|line| line.map(|line| (line.measures, line.vertices.len() as u64 - 1))))
+    }
 
     /// S of a vertex divided by the largest S of the mesh.
     fn saliency(&self, vertex: &LineVertex) -> f64 {

@@ -60,8 +60,8 @@ impl Statistics {
     /// If it cannot be read.
     pub fn of(source: &dyn LineSource) -> Result<Statistics, StitchError> {
         let mut all = Statistics { largest_salience: source.largest_salience(), ..Statistics::default() };
-        source.lines().try_for_each(|line| line.map(|line| all.add_line(&line.measures)))?;
-        source.vertices().try_for_each(|vertex| vertex.map(|v| all.corners += u64::from(v.corner)))?;
+        source.measures().try_for_each(|line| line.map(|(measures, _)| all.add_line(&measures)))?;
+        all.corners = source.counts().corners;
         Ok(all)
     }
 

@@ -3,26 +3,50 @@
 //! In: the share of each tile, tiles in any order, and word of each tile that is done. Out: all lines. A component is
 //! finished as soon as it is whole and then is no more than its lines, which go to the store.
 
-use super::close::TileShare;
+use super::close::{OpenPart, TileShare};
 use super::component::{Rules, finish};
 use super::error::StitchError;
 use super::fragments::Defects;
-use super::open::{FINISHING, Held, OpenComponents, too_large};
-use super::shelf::Content;
+use super::open::{FINISHING, Held, OpenComponents, Waiting, too_large};
+use super::shelf::{Content, ShelfReader};
 use super::store::{LineStore, StoredLines};
 use crate::mesh::TileId;
 use crate::spill::ScratchPlace;
+use serde::{Deserialize, Serialize};
 
 /// Takes the shares of tiles.
 #[derive(Debug)]
 pub struct Stitcher {
     rules: Rules,
     memory: LineMemory,
-    open: OpenComponents,
-    store: LineStore,
-    largest_salience: f64,
-    defects: Defects,
-    links: u64,
+    pub(super) open: OpenComponents,
+    pub(super) store: LineStore,
+    pub(super) found: Found,
+}
+
+/// What is counted of all tiles.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(super) struct Found {
+    pub largest_salience: f64,
+    pub defects: Defects,
+    pub links: u64,
+}
+
+impl Found {
+    pub fn add(&mut self, other: &Found) {
+        self.largest_salience = self.largest_salience.max(other.largest_salience);
+        self.defects.add(&other.defects);
+        self.links += other.links;
+    }
+}
+
+/// What is left when all tiles have come.
+pub(super) struct Rest {
+    pub store: LineStore,
+    /// For tiles of others.
+    pub waiting: Vec<Waiting>,
+    pub shelf: ShelfReader,
+    pub most_open: Held,
 }
 
 /// Bytes that stitching may use.
@@ -71,9 +95,7 @@ impl Stitcher {
             memory,
             open: OpenComponents::new(memory.open, scratch),
             store: LineStore::new(memory.lines, scratch),
-            largest_salience: 0.0,
-            defects: Defects::default(),
-            links: 0,
+            found: Found::default(),
         }
     }
 
@@ -83,15 +105,16 @@ impl Stitcher {
     /// # Errors
     /// If a temporary file cannot be written, or seams alone outgrow the memory.
     pub fn take(&mut self, share: TileShare) -> Result<(), StitchError> {
-        self.largest_salience = self.largest_salience.max(share.largest_salience);
-        self.defects.add(&share.defects);
-        self.links += share.links;
-        self.store.put(share.finished)?;
-        for open in share.open {
-            let whole = self.open.add(open)?;
-            whole.map_or(Ok(()), |whole| self.finish_whole(whole))?;
-        }
-        Ok(())
+        let TileShare { finished, open, links, largest_salience, defects } = share;
+        self.found.add(&Found { largest_salience, defects, links });
+        self.store.put(finished)?;
+        open.into_iter().try_for_each(|open| self.take_open(open))
+    }
+
+    /// Takes an open part.
+    pub(super) fn take_open(&mut self, open: OpenPart) -> Result<(), StitchError> {
+        let whole = self.open.add(open)?;
+        whole.map_or(Ok(()), |whole| self.finish_whole(whole))
     }
 
     /// `tile` has handed over all it has.
@@ -104,7 +127,7 @@ impl Stitcher {
 
     /// Links that were handed over.
     pub fn links(&self) -> u64 {
-        self.links
+        self.found.links
     }
 
     /// How much is open now.
@@ -122,20 +145,31 @@ impl Stitcher {
     /// # Errors
     /// If a temporary file cannot be written or read, or a component does not fit into the memory alone.
     pub fn finish(self) -> Result<Stitched, StitchError> {
-        let Stitcher { rules, memory, open, mut store, largest_salience, defects, links } = self;
+        let (Rest { store, waiting, most_open, .. }, found) = self.rest()?;
+        debug_assert!(
+            waiting.is_empty(),
+            "{} components wait for tiles that nobody called done",
+            waiting.len()
+        );
+        let lines = store.finish(found.largest_salience)?;
+        let peak_bytes = most_open.bytes + lines.peak_bytes();
+        let work = StitchWork { links: found.links, most_open, peak_bytes };
+        Ok(Stitched { lines, defects: found.defects, work })
+    }
+
+    /// Finishes what is whole and was put aside.
+    pub(super) fn rest(self) -> Result<(Rest, Found), StitchError> {
+        let Stitcher { rules, memory, open, mut store, found } = self;
         let most_open = open.peak();
-        let (rest, shelf) = open.rest()?;
-        for content in rest {
+        let (aside, waiting, shelf) = open.rest()?;
+        for content in aside {
             let needed = content.whole_bytes().saturating_mul(1 + FINISHING);
             if needed > memory.last {
                 return Err(too_large(&content, needed, memory.last));
             }
             store.put(finish(shelf.take(content)?, &rules, |_, _| ()))?;
         }
-        let lines = store.finish(largest_salience)?;
-        let peak_bytes = most_open.bytes + lines.peak_bytes();
-        let work = StitchWork { links, most_open, peak_bytes };
-        Ok(Stitched { lines, defects, work })
+        Ok((Rest { store, waiting, shelf, most_open }, found))
     }
 
     /// Finishes one component; that takes several times its memory, and if it is not there, it waits for the end.

@@ -10,14 +10,19 @@
 use super::component::{Finished, FinishedLine};
 use super::error::StitchError;
 use super::fragments::Kind;
+use super::group::{PutBlock, Section};
 use super::lines::{Measures, length};
 use super::set::{Geometry, LineVertex};
 use super::source::{Counts, LineSource, Polyline, Stream};
 use crate::mesh::VertexId;
-use crate::spill::{Merge, Record, ScratchPlace, Sorted, Sorter};
+use crate::spill::{KeptRun, Merge, Record, ScratchPlace, Sorted, Sorter, blocks_of_records};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use std::cmp::Ordering;
+
+/// Bytes of a block that is handed over to another store, which holds one of every run while it reads: small enough for
+/// hundreds of runs, large enough for a disk.
+const RUN_BLOCK: usize = 1 << 16;
 
 /// Takes finished components.
 #[derive(Debug)]
@@ -116,9 +121,33 @@ impl LineStore {
         Ok(())
     }
 
+    /// Takes finished components that another store has put in order, and that lie where `vertices` and `lines` are.
+    pub fn adopt(&mut self, vertices: KeptRun, lines: KeptRun) {
+        self.vertices.adopt(vertices);
+        self.lines.adopt(lines);
+    }
+
     /// Bytes that are held.
     pub fn bytes(&self) -> u64 {
         self.vertices.bytes() + self.lines.bytes()
+    }
+
+    /// Puts vertices and lines in order, for a store that joins them with others: hands over blocks of both, for
+    /// [`LineStore::adopt`]. Returns the most bytes that were held.
+    ///
+    /// # Errors
+    /// If a temporary file cannot be written or read, or `put` refuses.
+    pub fn hand_over<E: From<StitchError>>(self, put: PutBlock<'_, E>) -> Result<u64, E> {
+        let held = self.peak.max(self.bytes());
+        let vertices = self.vertices.finish().map_err(StitchError::from)?;
+        let all = once(vertices.iter().map_err(StitchError::from)?).map(|vertex| Ok(vertex?));
+        blocks_of_records(all, RUN_BLOCK, |bytes| put(Section::Vertices, bytes))?;
+        drop(vertices);
+        let lines = self.lines.finish().map_err(StitchError::from)?;
+        let all = lines.iter().map_err(StitchError::from)?;
+        let all = all.map(|line| Ok(line.map_err(StitchError::from)?));
+        blocks_of_records(all, RUN_BLOCK, |bytes| put(Section::Lines, bytes))?;
+        Ok(held)
     }
 
     /// Puts everything in order. `largest_salience` is that of the mesh.
@@ -147,11 +176,12 @@ impl LineStore {
         let mut places = Sorter::new("places", memory / 4, &scratch);
         let mut visits_left = visits.iter()?.peekable();
         for vertex in unique(vertices.iter()?) {
-            let LineVertex { id, position, fitted, .. } = vertex?;
+            let LineVertex { id, position, fitted, corner, .. } = vertex?;
             while let Some(visit) = visits_left.next_if(|v| v.as_ref().map_or(true, |v| v.id == id)) {
                 places.push(Place { place: visit?.place, rank: counts.vertices, position, fitted })?;
             }
             counts.vertices += 1;
+            counts.corners += u64::from(corner);
             counts.largest_id = Some(id);
         }
         debug_assert!(visits_left.next().is_none(), "a line runs through a vertex that is not there");
@@ -162,13 +192,18 @@ impl LineStore {
     }
 }
 
-/// The vertices, each once.
-fn unique(vertices: Merge<'_, StoredVertex>) -> impl Iterator<Item = Result<LineVertex, StitchError>> {
+/// Each vertex once: as creases know it, if one runs through it.
+fn once(vertices: Merge<'_, StoredVertex>) -> impl Iterator<Item = Result<StoredVertex, StitchError>> {
     let mut last = None;
     vertices.filter_map(move |stored| match stored {
-        Ok(StoredVertex { vertex, .. }) => (last.replace(vertex.id) != Some(vertex.id)).then_some(Ok(vertex)),
+        Ok(stored) => (last.replace(stored.vertex.id) != Some(stored.vertex.id)).then_some(Ok(stored)),
         Err(error) => Some(Err(error.into())),
     })
+}
+
+/// The same without what only sorting asks for.
+fn unique(vertices: Merge<'_, StoredVertex>) -> impl Iterator<Item = Result<LineVertex, StitchError>> {
+    once(vertices).map(|stored| stored.map(|stored| stored.vertex))
 }
 
 /// Lines in canonical order, to be read as often as one likes. Temporary files go with it.
@@ -204,6 +239,15 @@ impl StoredLines {
         self.vertices.spilled() || self.lines.spilled() || self.places.spilled()
     }
 
+    /// What is said of a line, its strength divided.
+    fn with_strength(&self, line: &StoredLine) -> Measures {
+        let mut measures = line.measures;
+        if line.kind == Kind::Crease {
+            measures.strength /= self.largest_salience.max(f64::MIN_POSITIVE);
+        }
+        measures
+    }
+
     /// A stored line with what is known at the end only.
     fn polyline(&self, line: StoredLine, places: &[Place]) -> Polyline {
         let point = |place: &Place| match self.geometry {
@@ -211,12 +255,9 @@ impl StoredLines {
             Geometry::Fitted => place.fitted,
         };
         let points: Vec<DVec3> = places.iter().map(point).collect();
-        let mut measures = line.measures;
+        let mut measures = self.with_strength(&line);
         if self.geometry == Geometry::Fitted {
             measures.length = length(points.iter().copied());
-        }
-        if line.kind == Kind::Crease {
-            measures.strength /= self.largest_salience.max(f64::MIN_POSITIVE);
         }
         Polyline { vertices: places.iter().map(|place| place.rank).collect(), points, measures }
     }
@@ -260,5 +301,19 @@ impl LineSource for StoredLines {
             Ok(self.lines.iter()?.map(line))
         };
         opened(stream())
+    }
+
+    fn measures(&self) -> Stream<'_, (Measures, u64)> {
+        let measures = |line: Polyline| (line.measures, line.vertices.len() as u64 - 1);
+        match self.geometry {
+            // Only places know how long a fitted line is.
+            Geometry::Fitted => Box::new(self.lines().map(move |line| line.map(measures))),
+            Geometry::Vertices => opened(self.lines.iter().map_err(StitchError::from).map(|lines| {
+                lines.map(|line| {
+                    let line = line?;
+                    Ok((self.with_strength(&line), line.ids.len() as u64 - 1))
+                })
+            })),
+        }
     }
 }

@@ -1,5 +1,7 @@
 //! Streamed stitching against the whole graph at once, on random graphs over a grid that is cut into tiles.
 
+mod groups;
+
 use super::open::OpenComponents;
 use super::*;
 use crate::config::method;

@@ -21,6 +21,7 @@
 //! | `crease-plan` | the command line, files, what is known of the mesh ([`PlanRecord`]) | last by the process that plans |
 //! | `plan.json` | the same for schedulers | right after it |
 //! | `tiles/NNNNNN.result` | the frames of one tile ([`Results`]) | by a task, whole or not at all |
+//! | `groups/NNNNNN.result` | the frames of what a group of tiles leaves ([`Groups`]) | by a task, whole or not at all |
 //! | `log/*.jsonl` | what an attempt says of itself ([`AttemptLog`]) | by that attempt |
 //! | `crease-done` | the outputs, with their checksums | when all of them are there |
 //!
@@ -32,6 +33,7 @@ mod directory;
 mod durable;
 mod error;
 mod frame;
+mod groups;
 mod job;
 mod log;
 mod marker;
@@ -45,8 +47,9 @@ mod tests;
 pub use attempts::AttemptLog;
 pub use directory::Workspace;
 pub use error::WorkspaceError;
+pub use groups::{FoundGroup, GroupWriter, Groups, count_of_groups, tiles_of_group};
 pub use job::{FileMark, Identity, InputMark, JobRecord, MeshRecord};
 pub use log::{Label, Place};
 pub use planned::{AnyPath, DoneOutput, PlanRecord, relative, relative_place};
 pub use removal::clean;
-pub use results::{Found as FoundResult, Look, Results, name_of as name_of_result};
+pub use results::{Found as FoundResult, Look, Results, name_of as name_of_result, name_of_group};

@@ -38,6 +38,8 @@ pub struct PlanRecord {
     pub known: KnownPly,
     /// Which faces are left out, if any may be.
     pub sieve: Option<Decided>,
+    /// How many tiles are a group that a task of its own stitches; 0 if there are no groups.
+    pub group_tiles: u32,
 }
 
 /// An output that was written.

@@ -50,7 +50,7 @@ pub(super) fn remove_all(directory: &Path) -> Result<(), WorkspaceError> {
         remove_file(&directory.join(name))?;
         point("workspace-half-removed");
     }
-    for name in [results::DIRECTORY, attempts::DIRECTORY] {
+    for name in [results::DIRECTORY, results::GROUPS, attempts::DIRECTORY] {
         remove_flat(&directory.join(name), name)?;
     }
     remove_left_behind(directory).map_err(of_spill)?;
@@ -67,7 +67,7 @@ fn remove_flat(path: &Path, name: &str) -> Result<(), WorkspaceError> {
     for entry in entries {
         let file = entry.map_err(&failed)?.file_name();
         let ours = match name {
-            results::DIRECTORY => results::is_ours(&file.to_string_lossy()),
+            results::DIRECTORY | results::GROUPS => results::is_ours(&file.to_string_lossy()),
             _ => attempts::is_ours(&file.to_string_lossy()),
         };
         if ours {

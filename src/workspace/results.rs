@@ -1,6 +1,6 @@
-//! The results of tiles in files of their own, for tasks on several machines.
+//! The results of tiles, and of groups of tiles, in files of their own, for tasks on several machines.
 //!
-//! In: results of a cell, one for each piece of it. Out: the same, in any later process on any machine that sees the directory.
+//! In: results of a cell, one for each piece of it, or the blocks that a group of tiles leaves. Out: the same, in any later process on any machine that sees the directory.
 //! A file is written under a name that no other attempt uses, synced, and renamed when the last piece is in it: it is whole or
 //! not there, nobody waits for anybody, and of two attempts at one tile either may win. The frames are those of the log
 //! (`frame.rs`), so each carries the job that it is of and its checksums. A file that holds anything else than all pieces of
@@ -16,8 +16,9 @@ use std::io::ErrorKind;
 use std::os::unix::fs::FileExt;
 use std::path::{Path, PathBuf};
 
-/// The directory of the results, within the workspace.
+/// The directory of the results of tiles, within the workspace, and that of groups.
 pub const DIRECTORY: &str = "tiles";
+pub const GROUPS: &str = "groups";
 /// What the names of results end in.
 pub const EXTENSION: &str = ".result";
 
@@ -26,6 +27,8 @@ pub const EXTENSION: &str = ".result";
 pub struct Results {
     directory: PathBuf,
     job: u64,
+    /// What all labels say: 0 for tiles, and how many tiles a group has for groups, so that a group of others is none.
+    session: u32,
     /// What tells this process from all others that may write here.
     attempt: String,
     begun: BTreeMap<u32, Begun>,
@@ -42,6 +45,14 @@ pub enum Found {
     Whole(Vec<Frame>),
 }
 
+/// What was found, without the frames.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Walked {
+    Nothing,
+    Damaged,
+    Whole,
+}
+
 /// How closely a result is looked at.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Look {
@@ -56,6 +67,11 @@ pub fn name_of(cell: u32) -> String {
     format!("{DIRECTORY}/{cell:06}{EXTENSION}")
 }
 
+/// The name of the result of a group.
+pub fn name_of_group(group: u32) -> String {
+    format!("{GROUPS}/{group:06}{EXTENSION}")
+}
+
 /// Whether a file of this name is a result, or was to become one.
 pub fn is_ours(name: &str) -> bool {
     let digits = name.bytes().take_while(u8::is_ascii_digit).count();
@@ -67,7 +83,13 @@ impl Results {
     /// In `workspace`, of `job`; files that this process is writing are told by `attempt`.
     pub fn open(workspace: &Path, job: u64, attempt: &str) -> Results {
         let directory = workspace.join(DIRECTORY);
-        Results { directory, job, attempt: attempt.to_owned(), begun: BTreeMap::new() }
+        Results { directory, job, session: 0, attempt: attempt.to_owned(), begun: BTreeMap::new() }
+    }
+
+    /// The same for groups of `size` tiles, whose numbers stand in the place of those of cells.
+    pub fn of_groups(workspace: &Path, job: u64, attempt: &str, size: u32) -> Results {
+        let directory = workspace.join(GROUPS);
+        Results { directory, session: size, ..Results::open(workspace, job, attempt) }
     }
 
     /// Where the result of `cell` is.
@@ -85,31 +107,50 @@ impl Results {
     /// # Errors
     /// If the system refuses.
     pub fn look(&self, cell: u32, look: Look) -> Result<Found, WorkspaceError> {
+        let mut frames = Vec::new();
+        Ok(match self.walk(cell, look, |frame| frames.push(frame))? {
+            Walked::Nothing => Found::Nothing,
+            Walked::Damaged => Found::Damaged,
+            Walked::Whole => Found::Whole(frames),
+        })
+    }
+
+    /// Hands all frames of the result of `cell` to `visit`, which knows at the end only whether it is whole.
+    ///
+    /// # Errors
+    /// If the system refuses.
+    pub(super) fn walk(
+        &self,
+        cell: u32,
+        look: Look,
+        mut visit: impl FnMut(Frame),
+    ) -> Result<Walked, WorkspaceError> {
         let path = self.path(cell);
         let failed = WorkspaceError::io(&path, "cannot read");
         let file = match File::open(&path) {
             Ok(file) => file,
-            Err(e) if e.kind() == ErrorKind::NotFound => return Ok(Found::Nothing),
+            Err(e) if e.kind() == ErrorKind::NotFound => return Ok(Walked::Nothing),
             Err(e) => return Err(failed(e)),
         };
         let length = file.metadata().map_err(&failed)?.len();
-        let (mut frames, mut at, mut bytes, mut last) = (Vec::new(), 0, Vec::new(), false);
+        let (mut pieces, mut at, mut bytes, mut last) = (0, 0, Vec::new(), false);
         while at < length {
             let Some(frame) = frame::at(&file, self.job, at, length).map_err(&failed)? else {
-                return Ok(Found::Damaged);
+                return Ok(Walked::Damaged);
             };
-            let Label { cell: of, piece, last: ends, .. } = frame.label;
-            let fits = of == cell && piece as usize == frames.len() && !last;
+            let Label { cell: of, session, piece, last: ends, .. } = frame.label;
+            let fits = of == cell && session == self.session && piece == pieces && !last;
             if !fits
                 || (look == Look::Bytes && !frame::payload(&file, &frame, &mut bytes).map_err(&failed)?)
             {
-                return Ok(Found::Damaged);
+                return Ok(Walked::Damaged);
             }
             last = ends;
             at = frame.end();
-            frames.push(frame);
+            pieces += 1;
+            visit(frame);
         }
-        Ok(if last { Found::Whole(frames) } else { Found::Damaged })
+        Ok(if last { Walked::Whole } else { Walked::Damaged })
     }
 
     /// Looks at the results of all of `cells`, in the current thread pool: what was found of each, in their order.
@@ -117,16 +158,20 @@ impl Results {
     /// # Errors
     /// If the system refuses.
     pub fn look_at_all(&self, cells: &[u32], look: Look) -> Result<Vec<Found>, WorkspaceError> {
+        self.each(cells, |cell, there| if there { self.look(cell, look) } else { Ok(Found::Nothing) })
+    }
+
+    /// What `look` finds of each of `cells`, in the current thread pool and in their order; it is told whether there is a file.
+    pub(super) fn each<T: Send>(
+        &self,
+        cells: &[u32],
+        look: impl Fn(u32, bool) -> Result<T, WorkspaceError> + Sync,
+    ) -> Result<Vec<T>, WorkspaceError> {
         // A file system over the network may remember for a while that a name was not there; a directory that is listed is
         // asked for anew. And what is not listed need not be opened.
         let there = self.list()?;
-        let found: Vec<Result<Found, WorkspaceError>> = cells
-            .par_iter()
-            .map(|&cell| match there.contains(&cell) {
-                true => self.look(cell, look),
-                false => Ok(Found::Nothing),
-            })
-            .collect();
+        let found: Vec<Result<T, WorkspaceError>> =
+            cells.par_iter().map(|&cell| look(cell, there.contains(&cell))).collect();
         found.into_iter().collect()
     }
 
@@ -135,7 +180,7 @@ impl Results {
         let failed = WorkspaceError::io(&self.directory, "cannot list the directory");
         let mut cells = BTreeSet::new();
         let entries = match fs::read_dir(&self.directory) {
-            // It is made when the plan is finished.
+            // That of tiles is made when the plan is finished, that of groups by the first of them.
             Err(e) if e.kind() == ErrorKind::NotFound => return Ok(cells),
             entries => entries.map_err(&failed)?,
         };
@@ -152,6 +197,7 @@ impl Results {
     /// # Errors
     /// If the system refuses; nothing of the cell is left then.
     pub fn append(&mut self, label: Label, payload: &[u8]) -> Result<(), WorkspaceError> {
+        let label = Label { session: self.session, ..label };
         let unfinished = self.unfinished(label.cell);
         let mut begun = match self.begun.remove(&label.cell) {
             Some(begun) => begun,

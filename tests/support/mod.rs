@@ -4,6 +4,7 @@
 pub mod command;
 pub mod paper_steps;
 pub mod steps;
+pub mod tasks;
 
 use crease::glam::DVec3;
 use crease::input::{FaceBlock, IoMode, MemorySource, MeshSource, PlySource};

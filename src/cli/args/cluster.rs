@@ -12,7 +12,7 @@ use super::report::ReportArgs;
 use super::show::ShowArgs;
 use super::values::memory;
 use super::work::{Io, WorkArgs};
-use clap::Args;
+use clap::{Args, ValueEnum};
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 
@@ -22,6 +22,11 @@ use std::path::PathBuf;
 pub(in crate::cli) struct PlanArgs {
     #[command(flatten)]
     pub detect: DetectArgs,
+
+    /// Tiles of a group, which a task of its own may stitch between `tile` and the last `stitch` (docs/CLUSTER.md); 0 is no groups.
+    /// Default: as many as are worth it, which is none below about a billion faces.
+    #[arg(long, value_name = "N", help_heading = HOW)]
+    pub group_tiles: Option<u32>,
 }
 
 impl PlanArgs {
@@ -107,6 +112,14 @@ pub(in crate::cli) struct StitchArgs {
     #[arg(value_name = "DIR")]
     pub directory: PathBuf,
 
+    /// Stitch the tiles of a group only, counted from 0, for the stitching of the whole, which takes it in their place.
+    #[arg(long, value_name = "N", conflicts_with_all = ["groups", "OutputArgs", "ReportArgs"])]
+    pub group: Option<u32>,
+
+    /// The same for several groups, one after the other, as `crease status --step group` lists them: 0-3,7.
+    #[arg(long, value_name = "A-B,...", value_parser = ranges, conflicts_with_all = ["OutputArgs", "ReportArgs"])]
+    pub groups: Option<TileSet>,
+
     #[command(flatten)]
     pub node: NodeArgs,
 
@@ -126,6 +139,16 @@ pub(in crate::cli) struct StitchArgs {
     pub show: ShowArgs,
 }
 
+impl StitchArgs {
+    /// All groups that are named; nothing if the whole is to be stitched.
+    pub fn wanted(&self) -> Option<Vec<u32>> {
+        let named = self.group.is_some() || self.groups.is_some();
+        let all: BTreeSet<u32> =
+            self.group.into_iter().chain(self.groups.iter().flat_map(|groups| &groups.0).copied()).collect();
+        named.then(|| all.into_iter().collect())
+    }
+}
+
 /// Arguments of `status`.
 #[derive(Debug, Args)]
 pub(in crate::cli) struct StatusArgs {
@@ -138,9 +161,21 @@ pub(in crate::cli) struct StatusArgs {
     #[arg(long, value_name = "N", default_value_t = 1, hide_default_value = true, value_parser = clap::value_parser!(u32).range(1..))]
     pub group: u32,
 
-    /// Print nothing but the tiles (or groups) that are missing, as an array specification: 0-3,7,9-12. Nothing if none is.
+    /// Print nothing but what is missing of a step, as an array specification: 0-3,7,9-12. Nothing if nothing is.
     #[arg(long, conflicts_with = "json")]
     pub array: bool,
+
+    /// The step that `--array` is about: `tile`, or `group`, the groups of tiles that were planned to be stitched by tasks.
+    #[arg(
+        long,
+        value_enum,
+        value_name = "STEP",
+        default_value = "tile",
+        hide_default_value = true,
+        hide_possible_values = true,
+        requires = "array"
+    )]
+    pub step: StatusStep,
 
     /// Print one JSON object, which docs/CLUSTER.md describes.
     #[arg(long)]
@@ -151,7 +186,14 @@ pub(in crate::cli) struct StatusArgs {
     pub quick: bool,
 }
 
-/// Some tiles.
+/// A step of which there are many tasks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(in crate::cli) enum StatusStep {
+    Tile,
+    Group,
+}
+
+/// Some tiles, or groups.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(in crate::cli) struct TileSet(pub Vec<u32>);
 
@@ -162,7 +204,7 @@ fn ranges(text: &str) -> Result<TileSet, String> {
     let mut tiles = Vec::new();
     let number = |text: &str| match text.trim().parse::<u32>() {
         Ok(n) if n < MOST_TILES => Ok(n),
-        _ => Err(format!("`{text}` is no tile; say it like 0-3,7,9-12")),
+        _ => Err(format!("`{text}` is no number of a tile or group; say them like 0-3,7,9-12")),
     };
     for part in text.split(',') {
         let (first, last) = part.split_once('-').unwrap_or((part, part));

@@ -18,7 +18,7 @@ mod tests;
 mod values;
 mod work;
 
-pub(super) use cluster::{NodeArgs, PlanArgs, StatusArgs, StitchArgs, TileArgs};
+pub(super) use cluster::{NodeArgs, PlanArgs, StatusArgs, StatusStep, StitchArgs, TileArgs};
 pub(super) use detect::DetectArgs;
 pub(super) use input::BadFacesArgs;
 pub(super) use output::OutputArgs;
@@ -120,7 +120,9 @@ pub(super) enum Command {
     Tile(TileArgs),
     /// Makes the outputs from the tiles of a planned job: those of `detect`, byte for byte.
     ///
-    /// Refuses with exit code 6 while tiles are missing, and says which. The workspace stays; `crease clean` removes it.
+    /// Refuses with exit code 6 while tiles are missing, and says which. With `--group` or `--groups`, stitches groups of tiles
+    /// only, as tasks of many; what they leave is taken in the place of their tiles later, where it is there and right. The
+    /// workspace stays; `crease clean` removes it.
     Stitch(StitchArgs),
     /// Says what is missing of a planned job. Ends with exit code 0 if nothing is, with 6 otherwise.
     Status(StatusArgs),

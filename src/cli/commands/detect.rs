@@ -17,7 +17,7 @@ use crate::config::Limits;
 use crate::error::Error;
 use crate::input::{InputError, InputFiles, MeshSource, Sieve};
 use crate::output::{PartFile, part_of};
-use crate::pipeline::{Detection, Event, Job, Observer, Stage};
+use crate::pipeline::{Detection, Event, Job, Observer, Stage, StitchedGroup};
 use crate::report::{Detail, Findings, Ground, Kind, Report, Scene, stage_json, stage_page};
 use crate::stitch::LineSource;
 use crate::workspace::{Workspace, WorkspaceError};
@@ -38,7 +38,7 @@ pub(in crate::cli) fn detect(
 ) -> Result<Exit, Failure> {
     console::start_log(args.show.verbose);
     let files = InputFiles::find(&args.input.names)?;
-    run(args, words, allocations, Origin { files, planned: None })
+    run(args, words, allocations, Origin { files, planned: None, groups: Vec::new() })
 }
 
 /// What a run starts from.
@@ -47,6 +47,8 @@ pub(super) struct Origin {
     pub files: InputFiles,
     /// A job whose tiles are all done; this run does the rest.
     pub planned: Option<PlannedJob>,
+    /// Groups of its tiles that are stitched already.
+    pub groups: Vec<StitchedGroup>,
 }
 
 /// All outputs of a run: what is `written` of the mesh, the lines first, and reports.
@@ -73,7 +75,7 @@ pub(super) fn run(
 ) -> Result<Exit, Failure> {
     let started = Instant::now();
     let limits = args.work.limits();
-    let Origin { files, planned } = &origin;
+    let Origin { files, planned, groups } = &origin;
     let writing = Outputs::new(&args.output, files)?;
     let outputs = named_outputs(args, &writing);
     let workspace = match (planned, &args.work.workspace) {
@@ -99,6 +101,7 @@ pub(super) fn run(
         writing: &writing,
         outputs: &outputs,
         workspace: &workspace,
+        groups,
         progress: &progress,
     };
     // Whatever is made of the input goes to the workspace as well.
@@ -159,6 +162,7 @@ struct Run<'a> {
     /// All outputs: what is written of the mesh, and reports.
     outputs: &'a [&'a Path],
     workspace: &'a Workspace,
+    groups: &'a [StitchedGroup],
     progress: &'a Progress,
 }
 
@@ -173,6 +177,7 @@ impl Run<'_> {
         limits.memory -= writing.memory(limits.memory);
         let job = Job::new(source, args.params(), limits, progress)?
             .with_workspace(workspace, args.output.force)
+            .with_groups(self.groups.to_vec())
             .with_stop(interrupts.flag());
         let found = job.run_stored(tables.sink())?;
         let (stage, total) = (Stage::Write, found.lines.counts().lines);

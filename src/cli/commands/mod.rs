@@ -4,6 +4,7 @@ mod clean;
 mod completions;
 mod detect;
 mod diff;
+mod group;
 mod info;
 mod man;
 mod plan;

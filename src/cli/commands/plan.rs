@@ -16,8 +16,10 @@ use crate::cli::text::{bytes, counted, entry, grouped, span};
 use crate::cli::{bus_error, console, input, targets};
 use crate::input::ply::KnownPly;
 use crate::input::{Decided, InputFiles, MeshSource, PlySource, Sieve};
-use crate::pipeline::{Job, Laid};
-use crate::workspace::{AnyPath, FileMark, Identity, PlanRecord, Workspace, WorkspaceError, relative};
+use crate::pipeline::{Job, Laid, MOST_GROUPS, group_tiles};
+use crate::workspace::{
+    AnyPath, FileMark, Identity, PlanRecord, Workspace, WorkspaceError, count_of_groups, relative,
+};
 use std::ffi::OsString;
 use std::fs;
 use std::io::ErrorKind;
@@ -34,12 +36,12 @@ pub(in crate::cli) fn plan(
     words: &[OsString],
     allocations: Allocations,
 ) -> Result<Exit, Failure> {
-    let args = &args.detect;
+    let (args, group_tiles) = (&args.detect, args.group_tiles);
     console::start_log(args.show.verbose);
     let directory = args.work.workspace.as_deref().unwrap_or(Path::new("."));
     let files = InputFiles::find(&args.input.names)?;
     let workspace = Workspace::planned(directory);
-    let planning = Planning { args, words, files, workspace };
+    let planning = Planning { args, words, files, workspace, group_tiles };
     let finished = match planning.workspace.enter()? {
         true => planning.workspace.plan_record()?,
         false => None,
@@ -77,7 +79,8 @@ pub(in crate::cli) fn plan(
         }
     };
     if !args.quiet {
-        console::print(&text(&planning, &laid, again))?;
+        let groups = count_of_groups(planning.group_size(&laid)?, laid.tiles.len() as u32);
+        console::print(&text(&planning, &laid, again, groups))?;
     }
     Ok(Exit::Done)
 }
@@ -92,7 +95,7 @@ fn is_free(directory: &Path) -> Result<(), Failure> {
         Ok(entries) => entries,
     };
     let ours =
-        |name: &str| name == "plan.json" || name == "tiles" || name == "log" || name.starts_with("crease-");
+        |name: &str| matches!(name, "plan.json" | "tiles" | "groups" | "log") || name.starts_with("crease-");
     match entries.find_map(|e| e.ok().filter(|e| !ours(&e.file_name().to_string_lossy()))) {
         None => Ok(()),
         Some(stray) => {
@@ -111,6 +114,8 @@ struct Planning<'a> {
     words: &'a [OsString],
     files: InputFiles,
     workspace: Workspace,
+    /// Tiles of a group, if somebody has said how many.
+    group_tiles: Option<u32>,
 }
 
 impl Planning<'_> {
@@ -195,6 +200,22 @@ impl Planning<'_> {
         job.lay_out(self.args.output.has_tables()).map_err(of_run)
     }
 
+    /// How many tiles a group has.
+    fn group_size(&self, laid: &Laid) -> Result<u32, Failure> {
+        let tiles = laid.tiles.len() as u32;
+        let Some(size) = self.group_tiles else { return Ok(group_tiles(tiles, laid.planned.scan.faces)) };
+        let (count, least) = (count_of_groups(size, tiles), tiles.div_ceil(MOST_GROUPS));
+        match count > MOST_GROUPS {
+            true => Err(Failure::new(
+                Exit::Usage,
+                format!(
+                    "--group-tiles {size}: {tiles} tiles would be {count} groups, and {MOST_GROUPS} are the most; {least} tiles or more do"
+                ),
+            )),
+            false => Ok(size),
+        }
+    }
+
     /// Writes the plan down.
     fn finish(
         &self,
@@ -216,13 +237,14 @@ impl Planning<'_> {
             mesh,
             known,
             sieve: sieve.map(Arc::unwrap_or_clone),
+            group_tiles: self.group_size(laid)?,
         };
         let json = PlanJson::new(self.args, &record, laid, self.workspace.job_id()).to_bytes();
         Ok(self.workspace.plan(&record, &json)?)
     }
 }
 
-fn text(planning: &Planning<'_>, laid: &Laid, again: bool) -> String {
+fn text(planning: &Planning<'_>, laid: &Laid, again: bool, groups: u32) -> String {
     let (tiles, scan) = (&laid.tiles, &laid.planned.scan);
     let place = planning.workspace.path().display();
     let mut out = format!("{}\n", planning.files.name().display());
@@ -260,8 +282,10 @@ fn text(planning: &Planning<'_>, laid: &Laid, again: bool) -> String {
         &format!("{place}/plan.json{}", if again { ", planned before" } else { "" }),
     ));
     let last = tiles.len().saturating_sub(1);
-    out.push_str(&format!(
-        "\nnext: crease tile {place} --tile N for each N from 0 to {last}, then crease stitch {place}\n"
-    ));
+    out.push_str(&format!("\nnext: crease tile {place} --tile N for each N from 0 to {last}, then "));
+    if groups > 0 {
+        out.push_str(&format!("crease stitch {place} --group N for each N from 0 to {}, then ", groups - 1));
+    }
+    out.push_str(&format!("crease stitch {place}\n"));
     out
 }

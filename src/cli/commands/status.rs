@@ -3,7 +3,8 @@
 //! In: a workspace. Out: a line for each step, an array specification, or JSON; and an exit code that says whether everything is
 //! there. A scheduler whose queue is empty says nothing of tasks that failed, so this looks at the files themselves.
 
-use crate::cli::args::StatusArgs;
+use super::group::GroupStatus;
+use crate::cli::args::{StatusArgs, StatusStep};
 use crate::cli::exit::{Exit, Failure};
 use crate::cli::planned::{PlannedJob, array};
 use crate::cli::text::{counted, entry, grouped};
@@ -20,6 +21,8 @@ pub(super) struct Status {
     pub missing: Vec<u32>,
     /// Those with a damaged one.
     pub damaged: Vec<u32>,
+    /// Groups of tiles.
+    pub groups: GroupStatus,
     /// Outputs, if they were written and are there.
     pub outputs: Option<Vec<PathBuf>>,
 }
@@ -41,6 +44,7 @@ impl Status {
             tiles: all.len() as u32,
             missing: those(|found| !matches!(found, FoundResult::Whole(_))),
             damaged: those(|found| *found == FoundResult::Damaged),
+            groups: GroupStatus::of(planned, all.len() as u32, look)?,
             outputs: outputs
                 .map(|all| all.iter().map(|output| place(&here.join(output.path.path()))).collect()),
         })
@@ -72,6 +76,10 @@ pub(in crate::cli) fn status(args: &StatusArgs) -> Result<Exit, Failure> {
     };
     let missing = array(groups(&status.missing));
     if args.array {
+        let missing = match args.step {
+            StatusStep::Tile => missing,
+            StatusStep::Group => array(status.groups.missing.iter().copied()),
+        };
         if !missing.is_empty() {
             console::print(&format!("{missing}\n"))?;
         }
@@ -98,6 +106,18 @@ fn as_text(status: &Status, group: u32, missing: &str) -> String {
         tiles.push_str(&format!("; damaged among them: {}", array(status.damaged.iter().copied())));
     }
     out.push_str(&entry("tile", &tiles));
+    let groups = &status.groups;
+    if groups.count > 0 {
+        let mut text =
+            format!("{} of {} done", grouped(groups.whole.len() as u64), grouped(groups.count.into()));
+        if !groups.missing.is_empty() && status.outputs.is_none() {
+            text.push_str(&format!("; may be stitched first: {}", array(groups.missing.iter().copied())));
+        }
+        if !groups.damaged.is_empty() {
+            text.push_str(&format!("; damaged among them: {}", array(groups.damaged.iter().copied())));
+        }
+        out.push_str(&entry("group", &text));
+    }
     let stitch = match &status.outputs {
         Some(outputs) => {
             let names: Vec<String> = outputs.iter().map(|path| path.display().to_string()).collect();
@@ -113,15 +133,17 @@ fn as_text(status: &Status, group: u32, missing: &str) -> String {
 fn as_json(status: &Status, group: u32, missing: &str, damaged: &str) -> serde_json::Value {
     let stitched = status.outputs.is_some();
     let tiles = status.tiles.div_ceil(group);
-    json!({
-        "schema": 1,
-        "complete": status.is_complete(),
-        "group": group,
-        "steps": [
-            {"name": "plan", "tasks": 1, "missing": ""},
-            {"name": "tile", "tasks": tiles, "missing": missing, "damaged": damaged,
-             "tiles_missing": status.missing.len(), "tiles": status.tiles},
-            {"name": "stitch", "tasks": 1, "missing": if stitched { "" } else { "0" }},
-        ],
-    })
+    let groups = &status.groups;
+    let mut steps = vec![
+        json!({"name": "plan", "tasks": 1, "missing": ""}),
+        json!({"name": "tile", "tasks": tiles, "missing": missing, "damaged": damaged,
+               "tiles_missing": status.missing.len(), "tiles": status.tiles}),
+    ];
+    if groups.count > 0 {
+        let list = |numbers: &[u32]| array(numbers.iter().copied());
+        steps.push(json!({"name": "group", "tasks": groups.count, "group_tiles": groups.size,
+                          "missing": list(&groups.missing), "damaged": list(&groups.damaged)}));
+    }
+    steps.push(json!({"name": "stitch", "tasks": 1, "missing": if stitched { "" } else { "0" }}));
+    json!({ "schema": 1, "complete": status.is_complete(), "group": group, "steps": steps })
 }

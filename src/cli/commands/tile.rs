@@ -5,21 +5,21 @@
 
 use crate::cli::args::TileArgs;
 use crate::cli::args::{DetectArgs, ProgressKind};
+use crate::cli::attempt::Attempt;
 use crate::cli::exit::{Exit, Failure};
 use crate::cli::interrupt::Interrupts;
-use crate::cli::memory::{Allocations, cpu_time, peak};
-use crate::cli::planned::{PlannedJob, array, tiles};
+use crate::cli::memory::Allocations;
+use crate::cli::planned::{PlannedJob, tiles};
 use crate::cli::progress::Progress;
 use crate::cli::text::counted;
 use crate::cli::{bus_error, console};
 use crate::error::Error;
 use crate::input::{MeshSource, Sieve};
 use crate::pipeline::{Job, TileDone};
-use crate::workspace::{AttemptLog, FoundResult, Look};
+use crate::workspace::{FoundResult, Look};
 use serde_json::json;
 use std::ffi::OsString;
 use std::sync::Arc;
-use std::time::Instant;
 
 /// Does what `args` ask for, which come from the command line `words`.
 ///
@@ -40,8 +40,9 @@ pub(in crate::cli) fn tile(
         }
         return Ok(Exit::Done);
     }
-    let mut attempt = Attempt::begin(&planned, &options, &missing)?;
-    let done = attempt.work(&planned, args, &options, words, allocations);
+    let mut attempt = Attempt::begin(&planned, &options, ("tile", "tiles"), &missing)?;
+    let task = Task { planned: &planned, args, options: &options, missing: &missing };
+    let done = task.work(&mut attempt, words, allocations);
     attempt.end(&done, allocations)?;
     if let Ok(Exit::Done) = done
         && !args.quiet
@@ -72,48 +73,32 @@ fn missing(planned: &PlannedJob, wanted: &[u32]) -> Result<Vec<u32>, Failure> {
     Ok(missing)
 }
 
-/// This process at work.
-struct Attempt<'a> {
-    log: AttemptLog,
+/// What there is to do.
+struct Task<'a> {
+    planned: &'a PlannedJob,
+    args: &'a TileArgs,
+    options: &'a DetectArgs,
     missing: &'a [u32],
-    started: Instant,
 }
 
-impl<'a> Attempt<'a> {
-    fn begin(planned: &PlannedJob, options: &DetectArgs, missing: &'a [u32]) -> Result<Attempt<'a>, Failure> {
-        let attempt = planned.workspace.attempt().unwrap_or_default();
-        let what = match missing {
-            [only] => format!("tile-{only:06}"),
-            [first, .., last] => format!("tile-{first:06}-{last:06}"),
-            [] => "tile-none".to_owned(),
-        };
-        let mut log = AttemptLog::begin(planned.workspace.path(), &what, attempt)?;
-        let limits = options.work.limits();
-        log.say(&json!({
-            "event": "started", "attempt": attempt, "host": attempt.split('-').next(), "pid": std::process::id(),
-            "tiles": array(missing.iter().copied()), "threads": limits.threads, "memory_bytes": limits.memory,
-        }))?;
-        Ok(Attempt { log, missing, started: Instant::now() })
-    }
-
+impl Task<'_> {
     fn work(
-        &mut self,
-        planned: &PlannedJob,
-        args: &TileArgs,
-        options: &DetectArgs,
+        &self,
+        attempt: &mut Attempt,
         words: &[OsString],
         allocations: Allocations,
     ) -> Result<Exit, Failure> {
+        let Task { planned, args, options, missing } = *self;
         let workspace = &planned.workspace;
         let files = workspace.files()?;
-        let parts = self.missing.iter().map(|&tile| files.unfinished(tile)).collect();
+        let parts = missing.iter().map(|&tile| files.unfinished(tile)).collect();
         let kind = if args.quiet { ProgressKind::None } else { args.show.progress };
         bus_error::watch(&planned.record.mesh.path());
         let progress = Progress::new(kind, allocations, options.work.limits().memory);
         let interrupts = Interrupts::watch(workspace, parts, words)
             .map_err(|e| Failure::new(Exit::Resource, format!("cannot watch for signals: {e}")))?;
-        workspace.count(0, self.missing.len() as u64);
-        let done = self.compute(planned, options, &progress, &interrupts);
+        workspace.count(0, missing.len() as u64);
+        let done = self.compute(attempt, &progress, &interrupts);
         interrupts.claim_end();
         match done {
             Ok(()) => Ok(Exit::Done),
@@ -123,42 +108,23 @@ impl<'a> Attempt<'a> {
     }
 
     fn compute(
-        &mut self,
-        planned: &PlannedJob,
-        options: &DetectArgs,
+        &self,
+        attempt: &mut Attempt,
         progress: &Progress,
         interrupts: &Interrupts,
     ) -> Result<(), Error> {
+        let Task { planned, options, missing, .. } = *self;
         let mesh = planned.mesh(options)?;
         let sieve = planned.record.sieve.clone().map(|decided| Sieve::again(&mesh, Arc::new(decided)));
         let source: &dyn MeshSource = sieve.as_ref().map_or(&mesh, |sieve| sieve);
         let job = Job::new(source, options.params(), options.work.limits(), progress)?
             .with_workspace(&planned.workspace, false)
             .with_stop(interrupts.flag());
-        let (log, mut since) = (&mut self.log, self.started);
-        job.run_tiles(tiles(self.missing), |tile: TileDone| {
-            let seconds = since.elapsed().as_secs_f64();
-            since = Instant::now();
-            log.say(&json!({
-                "event": "tile", "tile": tile.id.0, "seconds": seconds,
-                "loaded_faces": tile.loaded_faces, "owned_faces": tile.owned_faces,
-            }))?;
-            Ok(())
+        job.run_tiles(tiles(missing), |tile: TileDone| {
+            let TileDone { id, loaded_faces, owned_faces } = tile;
+            let more = json!({ "loaded_faces": loaded_faces, "owned_faces": owned_faces });
+            Ok(attempt.done("tile", id.0, more)?)
         })?;
         Ok(())
-    }
-
-    fn end(&mut self, outcome: &Result<Exit, Failure>, allocations: Allocations) -> Result<(), Failure> {
-        let (exit, message) = match outcome {
-            Ok(exit) => (*exit, None),
-            Err(failure) => (failure.exit, Some(&failure.message)),
-        };
-        let ended = self.log.say(&json!({
-            "event": "ended", "exit": exit.code(), "message": message, "seconds": self.started.elapsed().as_secs_f64(),
-            "cpu_seconds": cpu_time().map(|time| time.as_secs_f64()),
-            "peak_allocated_bytes": (allocations.peak)() as u64, "peak_resident_bytes": peak(),
-        }));
-        // That the log is not complete hides no failure.
-        if outcome.is_ok() { Ok(ended?) } else { Ok(()) }
     }
 }

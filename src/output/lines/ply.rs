@@ -33,11 +33,10 @@ pub(super) fn write(part: &PartFile, lines: &dyn LineSource) -> Result<(), Outpu
         }
     }
     let mut first_edge = 0u32;
-    for (id, line) in (0u32..).zip(lines.lines()) {
-        let line = line?;
-        let edges = line.vertices.len() as u32 - 1;
-        write_line(&mut out, id, &line.measures, [first_edge, edges]).map_err(&failed)?;
-        first_edge += edges;
+    for (id, line) in (0u32..).zip(lines.measures()) {
+        let (measures, edges) = line?;
+        write_line(&mut out, id, &measures, [first_edge, edges as u32]).map_err(&failed)?;
+        first_edge += edges as u32;
     }
     out.flush().map_err(&failed)
 }

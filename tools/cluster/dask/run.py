@@ -2,6 +2,7 @@
 
 In: a workspace that `crease plan` has made, on a disk that all workers see under the same path, and the address of a scheduler.
 Out: the outputs that were planned. Dask moves no data here: a task is the number of a tile, and its result is in the workspace.
+If groups of tiles were planned, they are tasks too, when all tiles are done; one that fails is done without.
 So a worker that dies costs the tiles that it was working on, and one that Dask starts again without need ends at once.
 
     dask scheduler                                          on one machine
@@ -42,46 +43,59 @@ def main():
     plan = json.loads((options.workspace / "plan.json").read_text())
     memory = {tile["id"]: tile["memory_bytes"] for tile in plan["tiles"]}
 
-    def words(tile):
+    def tile_words(tile):
         limits = ["--memory", str(memory[tile]), "--threads", str(options.threads)]
         return [options.crease, "tile", workspace, "--tile", str(tile), "--quiet", *limits]
 
-    # The longest first, so that the end is not waiting for one of them.
-    order = sorted(plan["tiles"], key=lambda tile: -tile["cpu_seconds"])
-    failed, tries = {}, dict.fromkeys(memory, 1)
+    def group_words(group):
+        return [options.crease, "stitch", workspace, "--group", str(group), "--quiet", "--threads", str(options.threads)]
+
     with Client(options.scheduler) as client:
-
-        def submit(tile):
-            key = f"tile-{plan['job']}-{tile}-{tries[tile]}"
-            return client.submit(crease, words(tile), key=key, pure=False)
-
-        tasks = {}
-        running = as_completed()
-        for tile in order:
-            future = submit(tile["id"])
-            tasks[future.key] = tile["id"]
-            running.add(future)
-        for future in running:
-            tile = tasks.pop(future.key)
-            if future.status == "finished":
-                code, said = future.result()
-            else:
-                # Workers died under it too often.
-                code, said = 130, f"{future.exception()!r}"
-            if code == 0:
-                continue
-            if code in WORTH_ANOTHER_TRY and tries[tile] < options.tries:
-                tries[tile] += 1
-                future = submit(tile)
-                tasks[future.key] = tile
-                running.add(future)
-            else:
-                failed[tile] = (code, said)
-    for tile, (code, said) in sorted(failed.items()):
-        print(f"tile {tile}: exit code {code}: {said.strip()}", file=sys.stderr)
-    if failed:
-        return 6
+        failed = run_all(client, plan["job"], "tile", longest_first(plan["tiles"]), tile_words, options.tries)
+        if failed:
+            return 6
+        # The last step takes the tiles of a group that is not there.
+        run_all(client, plan["job"], "group", longest_first(plan["groups"]), group_words, options.tries)
     return subprocess.run([options.crease, "stitch", workspace, "--progress", "none"], check=False).returncode
+
+
+def longest_first(tasks):
+    """Their numbers; so that the end is not waiting for one of the longest."""
+    return [task["id"] for task in sorted(tasks, key=lambda task: -task["cpu_seconds"])]
+
+
+def run_all(client, job, what, numbers, words, most):
+    """Runs the tasks of a step to their end, each `most` times at most. Returns those that failed, and says why."""
+    failed, tries = {}, dict.fromkeys(numbers, 1)
+
+    def submit(number):
+        key = f"{what}-{job}-{number}-{tries[number]}"
+        return client.submit(crease, words(number), key=key, pure=False)
+
+    tasks, running = {}, as_completed()
+    for number in numbers:
+        future = submit(number)
+        tasks[future.key] = number
+        running.add(future)
+    for future in running if numbers else ():
+        number = tasks.pop(future.key)
+        if future.status == "finished":
+            code, said = future.result()
+        else:
+            # Workers died under it too often.
+            code, said = 130, f"{future.exception()!r}"
+        if code == 0:
+            continue
+        if code in WORTH_ANOTHER_TRY and tries[number] < most:
+            tries[number] += 1
+            future = submit(number)
+            tasks[future.key] = number
+            running.add(future)
+        else:
+            failed[number] = (code, said)
+    for number, (code, said) in sorted(failed.items()):
+        print(f"{what} {number}: exit code {code}: {said.strip()}", file=sys.stderr)
+    return failed
 
 
 if __name__ == "__main__":
