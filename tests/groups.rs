@@ -219,7 +219,7 @@ fn a_group_waits_for_its_tiles_and_for_no_others() {
     // More files than a process may have open.
     none.place.write("fine.ply", &Mesh::roof(120).ply());
     let words = "plan fine.ply --workspace fine --tile-faces 40 --group-tiles 1";
-    none.place.run(words).refused(2, &["--group-tiles 1", "500", "2 tiles or more"]);
+    none.place.run(words).refused(2, &["--group-tiles 1", "500", "3 tiles or more"]);
     assert!(!none.place.path("fine").exists());
 }
 
