@@ -101,7 +101,7 @@ mod tests {
         let items: Vec<u32> = (0..lengths.iter().sum()).collect();
         let mut sorted = Csr::from_rows(lengths.iter().copied(), items);
         let before = sorted.clone();
-        sorted.sort_rows_by_key(|item| std::cmp::Reverse(item));
+        sorted.sort_rows_by_key(std::cmp::Reverse);
         for row in 0..rows {
             let expected: Vec<u32> = before.row(row).iter().rev().copied().collect();
             assert_eq!(sorted.row(row), expected);

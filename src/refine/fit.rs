@@ -79,12 +79,15 @@ pub fn slack(noise: f64) -> f64 {
 
 /// Fits by one parallel task: enough for its memory to be worth its while.
 const FITS: usize = 1024;
+/// Tasks at most, however many threads there are: each has 12 bytes for each face of the tile, of which it touches those near
+/// its vertices. A table as small as a patch would do, but looking things up in it takes a quarter longer.
+const TASKS: usize = 8;
 
 impl Fitter<'_> {
     /// The fit at each vertex of `at`.
     pub fn fits(&self, at: &[u32]) -> Vec<Fit> {
         at.par_iter()
-            .with_min_len(FITS)
+            .with_min_len(FITS.max(at.len().div_ceil(TASKS)))
             .map_init(|| Scratch::new(self.mesh), |scratch, &v| self.fit(v, scratch))
             .collect()
     }
