@@ -6,7 +6,7 @@
 
 use super::InputError;
 use super::map::{map, release};
-use memmap2::Mmap;
+use memmap2::{Advice, Mmap};
 use std::fs::{self, File, Metadata};
 use std::io;
 use std::os::unix::fs::{FileExt, MetadataExt};
@@ -19,6 +19,8 @@ use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 const RESIDENT: u64 = 64 << 20;
 /// Bytes of a page.
 const PAGE: u64 = 4096;
+/// Bytes behind a range that is read from a map which are fetched with it: what comes next is mostly what is wanted next.
+const AHEAD: u64 = 128 << 10;
 
 /// How the bytes of a file are reached.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -103,6 +105,12 @@ impl ByteSource {
             IoMode::Map => Some(map(&file).map_err(io_error)?),
             IoMode::Auto => map(&file).ok(),
         };
+        if let Some(map) = &mapped {
+            // Tiles read many short ranges. A system that reads around each page that is missing, megabytes on some, would
+            // read the file many times over where memory is too small to keep that; so nothing is read but what is
+            // announced. A system that refuses may do so.
+            let _ = map.advise(Advice::Random);
+        }
         let len = mapped.as_ref().map_or(metadata.len(), |map| map.len() as u64);
         Ok(Self {
             path: path.to_owned(),
@@ -162,13 +170,13 @@ impl ByteSource {
         self.len == 0
     }
 
-    /// All bytes, if the file is mapped. Who reads many of them says so by [`ByteSource::touched`].
+    /// All bytes, if the file is mapped. Who reads many of them says so before, by [`ByteSource::will_read`].
     pub fn mapped(&self) -> Option<&[u8]> {
         self.map.as_deref()
     }
 
-    /// About `bytes` of the map were read.
-    pub fn touched(&self, bytes: u64) {
+    /// About `bytes` of the map are read.
+    fn touched(&self, bytes: u64) {
         let Some(map) = &self.map else { return };
         let touched = self.touched.load(Relaxed) + bytes;
         if touched < RESIDENT {
@@ -179,13 +187,34 @@ impl ByteSource {
         }
     }
 
-    /// Records of `stride` bytes at places that ascend were read.
-    pub fn touched_records(&self, places: impl Iterator<Item = u64>, stride: u64) {
-        let pages = |place: u64| place / PAGE;
-        let mut last = u64::MAX;
-        let fresh =
-            places.filter(|&place| std::mem::replace(&mut last, pages(place)) != pages(place)).count();
-        self.touched(fresh as u64 * PAGE.max(stride));
+    /// The `len` bytes from `offset` on will be read from the map. Those beyond the file are left out.
+    pub fn will_read(&self, offset: u64, len: u64) {
+        let Some(map) = &self.map else { return };
+        self.touched(len);
+        let end = offset.saturating_add(len).saturating_add(AHEAD).min(self.len);
+        if offset < end {
+            // They lie inside the map, whose length is a usize. A system that refuses reads page by page.
+            let _ = map.advise_range(Advice::WillNeed, offset as usize, (end - offset) as usize);
+        }
+    }
+
+    /// Records of `stride` bytes at places that ascend will be read from the map.
+    pub fn will_read_records(&self, places: impl Iterator<Item = u64>, stride: u64) {
+        let mut run: Option<(u64, u64)> = None;
+        for place in places {
+            match &mut run {
+                // What is fetched ahead bridges a gap.
+                Some((_, end)) if place <= *end + AHEAD => *end = place + stride,
+                _ => {
+                    if let Some((start, end)) = run.replace((place, place + stride)) {
+                        self.will_read(start, end - start);
+                    }
+                }
+            }
+        }
+        if let Some((start, end)) = run {
+            self.will_read(start, end - start);
+        }
     }
 
     /// The `len` bytes from `offset` on: borrowed from the map, or read into `scratch`, whose content is replaced.
@@ -201,9 +230,9 @@ impl ByteSource {
         match &self.map {
             Some(map) => {
                 let range = self.range(offset, len)?;
-                // Single records are counted by whoever reads many of them.
+                // Single records are announced by whoever reads many of them.
                 if len >= PAGE {
-                    self.touched(len);
+                    self.will_read(offset, len);
                 }
                 // The range lies inside the map, whose length is a usize.
                 Ok(&map[range.start as usize..range.end as usize])
@@ -223,7 +252,7 @@ impl ByteSource {
         let range = self.range(offset, len)?;
         match &self.map {
             Some(map) => {
-                self.touched(len);
+                self.will_read(offset, len);
                 out.clear();
                 out.extend_from_slice(&map[range.start as usize..range.end as usize]);
             }

@@ -189,8 +189,9 @@ impl<'a> Window<'a> {
     #[inline]
     pub fn at(&mut self, offset: u64, len: u64) -> Result<&[u8], InputError> {
         if self.source.mapped().is_some() {
-            if offset.saturating_sub(self.start) >= self.ahead {
-                self.source.touched(offset - self.start);
+            // Records come behind a header, so that nothing was announced yet if the start is 0.
+            if self.start == 0 || offset < self.start || offset - self.start >= self.ahead {
+                self.source.will_read(offset, self.ahead.min(self.until.saturating_sub(offset)));
                 self.start = offset;
             }
             return self.source.bytes(offset, len, &mut self.buffer);

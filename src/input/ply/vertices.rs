@@ -127,7 +127,7 @@ impl Vertices {
             &Records::Fixed { start, stride } => {
                 let decoder = Decoder::new(&self.places);
                 if source.mapped().is_some() {
-                    source.touched_records(ids.iter().map(|id| start + id.0 * stride), stride);
+                    source.will_read_records(ids.iter().map(|id| start + id.0 * stride), stride);
                     for id in ids {
                         // Borrows from the map, hence no scratch.
                         let mut scratch = Vec::new();
@@ -160,8 +160,7 @@ impl Vertices {
     ) -> Result<(), InputError> {
         out.clear();
         if let (&Records::Fixed { start, stride }, Some(map)) = (&self.layout.records, source.mapped()) {
-            // Each vertex is a corner of some six triangles, which come one after the other in a file with some order.
-            source.touched(corners.len() as u64 * stride);
+            self.announce(source, corners, (start, stride));
             let table = Table { vertices: self, source, bytes: &map[start as usize..], stride };
             return match Decoder::new(&self.places) {
                 Decoder::Floats(offset) => {
@@ -185,6 +184,18 @@ impl Vertices {
         Ok(())
     }
 
+    /// Tells `source` which records these corners will be read from, if they are near each other as those of neighbouring
+    /// faces are in a file with some order. Ids may be anything.
+    fn announce(&self, source: &ByteSource, corners: &[[VertexId; 3]], (start, stride): (u64, u64)) {
+        let ids = || corners.as_flattened().iter().map(|id| id.0);
+        if let (Some(first), Some(last)) = (ids().min(), ids().max())
+            && last < self.count
+            && last - first < SPREAD * corners.len() as u64
+        {
+            source.will_read(start + first * stride, (last - first + 1) * stride);
+        }
+    }
+
     /// Byte offset of a record, if there is one of that number.
     pub fn offset(&self, source: &ByteSource, id: u64) -> Option<u64> {
         if id >= self.count {
@@ -206,6 +217,9 @@ impl Vertices {
         InputError::NoSuch { name, what: "vertex", index, count: self.count }
     }
 }
+
+/// Records for each triangle that are read at once, whether all of them are corners or not: there is half a vertex for each.
+const SPREAD: u64 = 4;
 
 /// Records of one size in a map.
 struct Table<'a> {
