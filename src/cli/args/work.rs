@@ -22,7 +22,7 @@ pub(in crate::cli) struct WorkArgs {
     memory: Option<u64>,
 
     /// Faces of a tile, the piece of the mesh that is worked on at a time. Default: as many as the memory allows, and no more
-    /// than 6000000.
+    /// than 4000000.
     #[arg(long, value_name = "N", help_heading = HOW, value_parser = clap::value_parser!(u64).range(1..))]
     tile_faces: Option<u64>,
 

@@ -187,11 +187,11 @@ impl Vertices {
     /// Tells `source` which records these corners will be read from, if they are near each other as those of neighbouring
     /// faces are in a file with some order. Ids may be anything.
     fn announce(&self, source: &ByteSource, corners: &[[VertexId; 3]], (start, stride): (u64, u64)) {
-        let ids = || corners.as_flattened().iter().map(|id| id.0);
-        if let (Some(first), Some(last)) = (ids().min(), ids().max())
-            && last < self.count
-            && last - first < SPREAD * corners.len() as u64
-        {
+        let (mut first, mut last) = (u64::MAX, 0);
+        for id in corners.as_flattened() {
+            (first, last) = (first.min(id.0), last.max(id.0));
+        }
+        if first <= last && last < self.count && last - first < SPREAD * corners.len() as u64 {
             source.will_read(start + first * stride, (last - first + 1) * stride);
         }
     }
