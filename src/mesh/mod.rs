@@ -4,10 +4,12 @@ mod across;
 mod csr;
 mod field;
 mod ids;
+mod pieces;
 mod tile_mesh;
 
 pub use across::{Across, Beyond};
 pub use csr::Csr;
 pub use field::Field;
 pub use ids::{FaceId, TileId, VertexId};
+pub use pieces::{concat, filled, pieces};
 pub use tile_mesh::{EdgeUse, HUB, TileMesh};

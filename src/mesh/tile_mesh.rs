@@ -9,6 +9,7 @@
 //!
 //! Invariant: for a complete vertex, the faces around it and its one-ring are those of the whole mesh.
 
+use super::pieces::concat;
 use super::{Across, Beyond, Csr, FaceId, VertexId};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -192,6 +193,20 @@ impl TileMesh {
         (a + b + c) / 3.0
     }
 
+    /// What lies beyond the two sides of `f` that meet at its corner `v`.
+    #[inline]
+    pub fn beyond_at(&self, f: u32, v: u32) -> [Beyond; 2] {
+        let [a, b, _] = self.corners[f as usize];
+        let [after, before] = if v == a {
+            [0, 2]
+        } else if v == b {
+            [1, 0]
+        } else {
+            [2, 1]
+        };
+        [after, before].map(|side| self.across.beyond(f, side))
+    }
+
     /// Calls `visit` with each face that shares side `side` of `f`, by ascending ids.
     #[inline]
     pub fn faces_beyond(&self, f: u32, side: usize, mut visit: impl FnMut(u32)) {
@@ -307,14 +322,15 @@ fn duplicate_faces(corners: &[[u32; 3]], ids: &[FaceId], faces_around: &Csr) -> 
 
 /// The other corners of the faces around each vertex, by ascending numbers.
 fn one_rings(n: usize, corners: &[[u32; 3]], faces_around: &Csr) -> Csr {
-    let vertices: Vec<u32> = (0..n as u32).collect();
-    let per_chunk: Vec<(Vec<u32>, Vec<u32>)> = vertices
-        .par_chunks(CHUNK)
-        .map(|chunk| {
+    let (lengths, items): (Vec<Vec<u32>>, Vec<Vec<u32>>) = (0..n)
+        .into_par_iter()
+        .step_by(CHUNK)
+        .map(|first| {
+            let chunk = first as u32..n.min(first + CHUNK) as u32;
             let (mut lengths, mut items) =
                 (Vec::with_capacity(chunk.len()), Vec::with_capacity(7 * chunk.len()));
             let mut ring = Vec::new();
-            for &v in chunk {
+            for v in chunk {
                 let row = faces_around.row(v);
                 ring.clear();
                 ring.extend(row.iter().map(|&f| beside(corners[f as usize], v).0));
@@ -337,10 +353,8 @@ fn one_rings(n: usize, corners: &[[u32; 3]], faces_around: &Csr) -> Csr {
             }
             (lengths, items)
         })
-        .collect();
-    let mut items = Vec::with_capacity(per_chunk.iter().map(|(_, i)| i.len()).sum());
-    per_chunk.iter().for_each(|(_, i)| items.extend_from_slice(i));
-    Csr::from_rows(per_chunk.iter().flat_map(|(l, _)| l.iter().copied()), items)
+        .unzip();
+    Csr::from_rows(lengths.into_iter().flatten(), concat(&items))
 }
 
 #[cfg(test)]
@@ -402,5 +416,8 @@ mod tests {
         assert!(mesh.is_opposed(0, &mut Vec::new()) && !mesh.is_opposed(1, &mut Vec::new()));
         mesh.edges_upwards(1, &mut uses);
         assert_eq!(uses.iter().map(|u| u.other()).collect::<Vec<_>>(), [2, 3, 4]);
+        assert_eq!(mesh.beyond_at(0, 2), [Beyond::Nothing; 2]);
+        assert_eq!(mesh.beyond_at(0, 0), [Beyond::Several, Beyond::Nothing]);
+        assert_eq!(mesh.beyond_at(1, 0), [Beyond::Nothing, Beyond::Several]);
     }
 }

@@ -33,6 +33,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 use rustc_hash::FxHashSet;
 use std::collections::{HashMap, HashSet};
+use std::sync::Arc;
 
 /// The vertices of the patch that planes are fitted to lie nearer than the edge of a level cube, hence in the 27 cubes; all
 /// refined normals around those are asked for already.
@@ -107,7 +108,7 @@ impl Reach {
 #[derive(Clone, Debug, Default)]
 pub struct Rings {
     /// Ring after ring, each ascending.
-    list: Vec<u32>,
+    list: Arc<Vec<u32>>,
     /// Where ring i ends.
     ends: Vec<usize>,
     /// How many rings there are.
@@ -134,11 +135,11 @@ impl Rings {
     pub(super) fn grow(tile: &Loaded, seeds: Vec<u32>, rings: usize, gaps: &mut HashSet<Gap>) -> Rings {
         let mut inside = vec![false; tile.mesh.vertex_count()];
         seeds.iter().for_each(|&v| inside[v as usize] = true);
-        let mut rest = Rings { ends: vec![seeds.len()], list: seeds, around: rings };
+        let (mut ends, mut list) = (vec![seeds.len()], seeds);
         for ring in 0..rings {
-            let from = if ring == 0 { 0 } else { rest.ends[ring - 1] };
+            let from = if ring == 0 { 0 } else { ends[ring - 1] };
             let mut next = Vec::new();
-            for &v in &rest.list[from..] {
+            for &v in &list[from..] {
                 // A ring that is known in part already tells where it leads: fewer loads than waiting for all of it.
                 tile.certified(v, rings - ring, gaps);
                 for &u in tile.mesh.ring.row(v) {
@@ -149,26 +150,21 @@ impl Rings {
                 }
             }
             next.sort_unstable();
-            rest.list.extend(next);
-            rest.ends.push(rest.list.len());
+            list.extend(next);
+            ends.push(list.len());
         }
-        rest
-    }
-
-    /// Every vertex is in the set itself, and in each of the `rings` around it.
-    fn everything(vertices: usize, rings: usize) -> Rings {
-        Rings { around: rings, ..Rings::set((0..vertices as u32).collect()) }
+        Rings { list: Arc::new(list), ends, around: rings }
     }
 
     /// A set (ascending) without any rings around it.
-    pub(super) fn set(list: Vec<u32>) -> Rings {
+    pub(super) fn set(list: Arc<Vec<u32>>) -> Rings {
         Rings { ends: vec![list.len()], list, around: 0 }
     }
 
     /// The vertices in ascending order.
     pub(super) fn sorted(&self) -> Vec<u32> {
-        let mut list = self.list.clone();
-        list.sort_unstable();
+        let mut list = self.list.to_vec();
+        list.par_sort_unstable();
         list
     }
 }
@@ -221,11 +217,11 @@ impl Loaded<'_> {
 #[derive(Debug, Default)]
 pub struct Demand {
     /// Vertices the tile owns, ascending.
-    pub owned: Vec<u32>,
+    pub owned: Arc<Vec<u32>>,
     /// Where support, threshold, noise and ridges are asked for.
-    pub linked: Vec<u32>,
+    pub linked: Arc<Vec<u32>>,
     /// Where contrast and stops are asked for.
-    pub traced: Vec<u32>,
+    pub traced: Arc<Vec<u32>>,
     /// Where smoothed positions are asked for, with a ring for each round of smoothing.
     pub smoothed: Rings,
     /// Where R is asked for, with a ring for each averaging round.
@@ -239,25 +235,18 @@ pub struct Demand {
 impl Demand {
     /// Everything everywhere: the tile is the whole mesh.
     pub(super) fn everything(vertices: usize, reach: &Reach) -> Demand {
-        let everything = |rings| Rings::everything(vertices, rings);
+        let all: Arc<Vec<u32>> = Arc::new((0..vertices as u32).into_par_iter().collect());
+        // Every vertex is in the set itself, and in each of the rings around it.
+        let everything = |rings| Rings { around: rings, ..Rings::set(all.clone()) };
         Demand {
-            owned: everything(0).list,
-            linked: everything(0).list,
-            traced: everything(0).list,
+            owned: all.clone(),
+            linked: all.clone(),
+            traced: all.clone(),
             smoothed: everything(reach.smoothing_rounds),
             thinned: everything(reach.average_rounds),
             folded: everything(reach.further_votes),
             voted: everything(reach.revotes),
         }
-    }
-
-    /// Where K is asked for, ascending.
-    pub fn noisy(&self) -> Vec<u32> {
-        let mut noisy = self.folded.all().to_vec();
-        noisy.extend(self.smoothed.all());
-        noisy.sort_unstable();
-        noisy.dedup();
-        noisy
     }
 }
 
@@ -279,15 +268,16 @@ pub fn vertex_demand(tile: &Loaded, cell: &Cell, reach: &Reach) -> (Demand, Hash
     let thinned = Rings::grow(tile, compared, reach.average_rounds, &mut gaps);
     let traced = Rings::grow(tile, linked.clone(), reach.trace_steps, &mut gaps).sorted();
     let smoothed = Rings::grow(tile, traced.clone(), reach.smoothing_rounds, &mut gaps);
-    let mut folded = Rings::grow(tile, traced.clone(), reach.contrast_steps, &mut gaps).list;
-    folded.extend(thinned.all());
-    folded.sort_unstable();
+    let walked = Rings::grow(tile, traced.clone(), reach.contrast_steps, &mut gaps);
+    let mut folded = [walked.all(), thinned.all()].concat();
+    folded.par_sort_unstable();
     folded.dedup();
     let folded = Rings::grow(tile, folded, reach.further_votes, &mut gaps);
     let voted = in_level_cubes(tile, folded.all(), reach, &mut gaps);
     let voted = Rings::grow(tile, voted, reach.revotes, &mut gaps);
     // The first tensors of the outermost ring need all faces around them.
     voted.all().iter().for_each(|&v| _ = tile.certified(v, 1, &mut gaps));
+    let [owned, linked, traced] = [owned, linked, traced].map(Arc::new);
     (Demand { owned, linked, traced, smoothed, thinned, folded, voted }, gaps)
 }
 
@@ -376,10 +366,13 @@ fn in_level_cubes(tile: &Loaded, seeds: &[u32], reach: &Reach, gaps: &mut HashSe
         .collect()
 }
 
-/// Gaps at vertices of `at` whose noise level is not known because the region is too small.
-pub fn noise_demand(tile: &Loaded, at: &[u32], known: impl Fn(u32) -> bool) -> HashSet<Gap> {
+/// Gaps at the vertices where K is asked for, but the noise level is not known because the region is too small.
+pub fn noise_demand(tile: &Loaded, demand: &Demand, known: impl Fn(u32) -> bool + Sync) -> HashSet<Gap> {
     let mut gaps = HashSet::new();
-    at.iter().filter(|&&v| !known(v)).for_each(|&v| tile.level_gaps(tile.cube(v), 0, 0.0, &mut gaps));
+    for rings in [&demand.folded, &demand.smoothed] {
+        let unknown: Vec<u32> = rings.all().par_iter().copied().filter(|&v| !known(v)).collect();
+        unknown.into_iter().for_each(|v| tile.level_gaps(tile.cube(v), 0, 0.0, &mut gaps));
+    }
     gaps
 }
 
@@ -396,7 +389,7 @@ pub fn round_demand(
 ) -> (Vec<u32>, HashSet<Gap>) {
     let mesh = tile.mesh;
     if tile.region.is_everything() {
-        return (rounds.iter().map(|k| k.unwrap_or(0)).collect(), HashSet::new());
+        return (rounds.par_iter().map(|k| k.unwrap_or(0)).collect(), HashSet::new());
     }
     // More rounds than a face takes part in there are not, however wide the halo.
     let counted = |k: u32| k.min((f64::from(k) * reach.rounds).floor() as u32);

@@ -9,7 +9,7 @@ use super::numbering::{Numbered, Numbering};
 use super::plan::Plan;
 use super::region::Region;
 use crate::input::{FaceBlock, InputError, MeshSource};
-use crate::mesh::{FaceId, TileMesh, VertexId};
+use crate::mesh::{FaceId, TileMesh, VertexId, concat, filled, pieces};
 use glam::DVec3;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -69,24 +69,24 @@ pub fn load(
     if faces > most {
         return Err(LoadError::TooManyFaces { faces, most });
     }
-    let vertex_ids = used_vertices(&chosen, source.vertex_count());
-    let rank = Rank::new(&vertex_ids);
-    let corners: Vec<Vec<[u32; 3]>> =
-        chosen.par_iter().map(|c| c.corners.iter().map(|ids| ids.map(|id| rank.of(id))).collect()).collect();
-    let mut positions = Vec::new();
-    if source.carries_positions() {
-        positions.resize(vertex_ids.len(), DVec3::ZERO);
-        for (corners, c) in corners.iter().zip(&chosen) {
-            for (&v, &p) in corners.as_flattened().iter().zip(c.places.as_flattened()) {
-                positions[v as usize] = p;
-            }
-        }
+    let used = Used::new(&chosen, source.vertex_count());
+    let vertex_ids = used.ids();
+    let mut corners = filled(faces as usize, [0u32; 3]);
+    let of_blocks = pieces(&mut corners, chosen.iter().map(|c| c.corners.len()));
+    of_blocks.into_par_iter().zip(&chosen).for_each(|(local, c)| {
+        local.iter_mut().zip(&c.corners).for_each(|(local, ids)| *local = ids.map(|id| used.rank(id)));
+    });
+    drop(used);
+    let positions = if source.carries_positions() {
+        let places = chosen.iter().flat_map(|c| c.places.as_flattened());
+        let mut positions = filled(vertex_ids.len(), DVec3::ZERO);
+        corners.as_flattened().iter().zip(places).for_each(|(&v, &p)| positions[v as usize] = p);
+        positions
     } else {
-        source.gather_positions(&vertex_ids, &mut positions)?;
-    }
-    let face_ids: Vec<FaceId> = chosen.iter().flat_map(|c| c.faces.iter().copied()).collect();
-    drop(chosen);
-    let (face_ids, corners) = ascending(face_ids, corners.concat());
+        gather(source, &vertex_ids)?
+    };
+    let face_ids: Vec<Vec<FaceId>> = chosen.into_iter().map(|c| c.faces).collect();
+    let (face_ids, corners) = ascending(concat(&face_ids), corners);
     let Numbered { vertex_ids, positions, face_ids, corners } =
         numbering.apply(Numbered { vertex_ids, positions, face_ids, corners }, &plan.bounds);
     let complete = positions.par_iter().map(|&p| region.contains(plan.lattice.cube_of(p))).collect();
@@ -137,55 +137,80 @@ fn choose(source: &dyn MeshSource, plan: &Plan, region: &Region, block: usize) -
     Ok(chosen)
 }
 
-/// A bitmap over the span of ids in use: one bit an id beats sorting by far, also where the ids are scattered.
-fn used_vertices(chosen: &[Chosen], vertices: u64) -> Vec<VertexId> {
-    let ids = || chosen.iter().flat_map(|c| c.corners.iter().flatten());
-    let (mut first, mut last) = (vertices, 0);
-    ids().for_each(|id| (first, last) = (first.min(id.0), last.max(id.0)));
-    if first > last {
-        return Vec::new();
-    }
-    let mut bits = vec![0u64; ((last - first) / 64 + 1) as usize];
-    ids().for_each(|id| bits[((id.0 - first) / 64) as usize] |= 1 << ((id.0 - first) % 64));
-    let mut used = Vec::with_capacity(bits.iter().map(|w| w.count_ones() as usize).sum());
-    for (i, &word) in bits.iter().enumerate() {
-        let mut rest = word;
-        while rest != 0 {
-            used.push(VertexId(first + 64 * i as u64 + u64::from(rest.trailing_zeros())));
-            rest &= rest - 1;
-        }
-    }
-    used
+/// Vertices whose positions are asked for at once.
+const GATHERED: usize = 1 << 15;
+
+/// The positions of `ids`, in parallel.
+fn gather(source: &dyn MeshSource, ids: &[VertexId]) -> Result<Vec<DVec3>, InputError> {
+    let mut all = filled(ids.len(), DVec3::ZERO);
+    let pieces = all.par_chunks_mut(GATHERED).zip(ids.par_chunks(GATHERED));
+    pieces.try_for_each_init(Vec::new, |positions, (piece, ids)| -> Result<(), InputError> {
+        source.gather_positions(ids, positions)?;
+        piece.copy_from_slice(positions);
+        Ok(())
+    })?;
+    Ok(all)
 }
 
-/// Position of an id in an ascending list, by a bitmap with a running count for each word.
-struct Rank {
+/// Which ids are in use: a bit for each over their span, and a running count for each word. That beats sorting by far, also
+/// where ids are scattered.
+struct Used {
     first: u64,
-    words: Vec<(u64, u32)>,
+    words: Vec<u64>,
+    /// How many are in use before each word.
+    before: Vec<u32>,
 }
 
-impl Rank {
-    fn new(ids: &[VertexId]) -> Rank {
-        let (Some(first), Some(last)) = (ids.first(), ids.last()) else {
-            return Rank { first: 0, words: Vec::new() };
+impl Used {
+    fn new(chosen: &[Chosen], vertices: u64) -> Used {
+        let span = |c: &Chosen| {
+            let ids = || c.corners.as_flattened().iter();
+            ids().min().zip(ids().max()).map_or((vertices, 0), |(low, high)| (low.0, high.0))
         };
-        let mut words = vec![(0u64, 0u32); ((last.0 - first.0) / 64 + 1) as usize];
-        for id in ids {
-            words[((id.0 - first.0) / 64) as usize].0 |= 1 << ((id.0 - first.0) % 64);
-        }
-        let mut before = 0;
-        for (word, count) in &mut words {
-            *count = before;
-            before += word.count_ones();
-        }
-        Rank { first: first.0, words }
+        let wider = |a: (u64, u64), b: (u64, u64)| (a.0.min(b.0), a.1.max(b.1));
+        let (first, last) = chosen.par_iter().map(span).reduce(|| (vertices, 0), wider);
+        let count = if first > last { 0 } else { (last - first) / 64 + 1 };
+        let words: Vec<AtomicU64> = (0..count as usize).into_par_iter().map(|_| AtomicU64::new(0)).collect();
+        chosen.par_iter().for_each(|c| {
+            for id in c.corners.as_flattened() {
+                let (word, bit) = (&words[((id.0 - first) / 64) as usize], 1 << ((id.0 - first) % 64));
+                // A vertex has six faces: most find that another has come first.
+                if word.load(Ordering::Relaxed) & bit == 0 {
+                    word.fetch_or(bit, Ordering::Relaxed);
+                }
+            }
+        });
+        let words: Vec<u64> = words.into_par_iter().map(AtomicU64::into_inner).collect();
+        let running = |sum: &mut u32, word: &u64| Some(std::mem::replace(sum, *sum + word.count_ones()));
+        let before = words.iter().scan(0, running).collect();
+        Used { first, words, before }
     }
 
-    /// `id` must be in the list.
-    fn of(&self, id: VertexId) -> u32 {
+    /// All of them, ascending.
+    fn ids(&self) -> Vec<VertexId> {
+        const WORDS: usize = 1 << 10;
+        let of_words = |(chunk, words): (usize, &[u64])| {
+            let mut ids = Vec::with_capacity(words.iter().map(|word| word.count_ones() as usize).sum());
+            for (i, &word) in words.iter().enumerate() {
+                let zeroth = self.first + 64 * (chunk * WORDS + i) as u64;
+                let mut rest = word;
+                while rest != 0 {
+                    ids.push(VertexId(zeroth + u64::from(rest.trailing_zeros())));
+                    rest &= rest - 1;
+                }
+            }
+            ids
+        };
+        let ids: Vec<Vec<VertexId>> = self.words.par_chunks(WORDS).enumerate().map(of_words).collect();
+        concat(&ids)
+    }
+
+    /// How many are below `id`, which must be one of them.
+    #[inline]
+    fn rank(&self, id: VertexId) -> u32 {
         let at = id.0 - self.first;
-        let (word, before) = self.words[(at / 64) as usize];
-        before + (word & ((1 << (at % 64)) - 1)).count_ones()
+        let word = (at / 64) as usize;
+        self.before[word] + (self.words[word] & ((1 << (at % 64)) - 1)).count_ones()
     }
 }
 
@@ -195,12 +220,15 @@ mod tests {
 
     #[test]
     fn ranks_are_positions() {
-        let ids: Vec<VertexId> = [5u64, 63, 64, 65, 200, 1 << 33].map(VertexId).to_vec();
+        let far = |i: u64| (1 << 25) + 97 * i;
+        let ids: Vec<VertexId> =
+            [5, 63, 64, 65, 200].into_iter().chain((0..9000).map(far)).map(VertexId).collect();
         let corners: Vec<[VertexId; 3]> = ids.windows(3).map(|w| [w[2], w[0], w[1]]).collect();
-        let chosen = [Chosen { faces: Vec::new(), corners, places: Vec::new() }];
-        assert_eq!(used_vertices(&chosen, 1 << 40), ids);
-        let rank = Rank::new(&ids);
-        assert!(ids.iter().enumerate().all(|(i, &id)| rank.of(id) == i as u32));
-        assert!(used_vertices(&[], 10).is_empty());
+        let some = |corners: &[[VertexId; 3]]| Chosen { corners: corners.to_vec(), ..Chosen::default() };
+        let chosen: Vec<Chosen> = corners.chunks(1000).rev().map(some).collect();
+        let used = Used::new(&chosen, 1 << 40);
+        assert_eq!(used.ids(), ids);
+        assert!(ids.iter().enumerate().all(|(i, &id)| used.rank(id) == i as u32));
+        assert!(Used::new(&[], 10).ids().is_empty());
     }
 }

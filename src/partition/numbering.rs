@@ -41,30 +41,23 @@ impl Numbering {
     /// Gives numbers to a tile of a mesh with these `bounds`.
     pub(super) fn apply(self, tile: Numbered, bounds: &Bounds) -> Numbered {
         match self {
-            Numbering::WhereItPays if !is_coherent(tile.positions.len(), &tile.corners) => {
-                along_curve(tile, bounds)
-            }
+            Numbering::WhereItPays if !is_coherent(&tile.corners) => along_curve(tile, bounds),
             _ => tile,
         }
     }
 }
 
-/// Whether most corners of faces are near the other corners, and most faces around a vertex near the first of them.
-fn is_coherent(vertices: usize, corners: &[[u32; 3]]) -> bool {
+/// Whether most corners of faces are near the other corners, and most faces near those before and after them.
+fn is_coherent(corners: &[[u32; 3]]) -> bool {
     if corners.len() <= FEW {
         return true;
     }
-    const NONE: u32 = u32::MAX;
-    let mut first = vec![NONE; vertices];
-    let mut far = 0;
-    for (f, face) in (0..).zip(corners) {
-        for &v in face {
-            let first = &mut first[v as usize];
-            *first = if *first == NONE { f } else { *first };
-            far += usize::from(f - *first > NEAR || v.abs_diff(face[0]) > NEAR);
-        }
-    }
-    RARE * far <= 3 * corners.len()
+    let far = |a: u32, b: u32| usize::from(a.abs_diff(b) > NEAR);
+    let of_pair = |pair: &[[u32; 3]]| {
+        let [first, second, third] = pair[0];
+        far(first, second) + far(first, third) + far(first, pair[1][0])
+    };
+    RARE * corners.par_windows(2).map(of_pair).sum::<usize>() <= 3 * corners.len()
 }
 
 /// Vertices along a curve, faces by the first of their corners on it.

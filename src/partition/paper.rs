@@ -27,6 +27,7 @@ use crate::config::{Sigma, method};
 use glam::DVec3;
 use rayon::prelude::*;
 use std::collections::HashSet;
+use std::sync::Arc;
 
 /// A pass over all tiles, by what it wants to know of the vertices that they own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -164,6 +165,7 @@ pub fn paper_demand(
             .collect();
         gaps.extend(found.into_iter().flatten());
     }
+    let [owned, linked, salient, traced] = [owned, linked, salient, traced].map(Arc::new);
     let (smoothed, thinned, voted) =
         (Rings::set(linked.clone()), Rings::set(salient), Rings::set(traced.clone()));
     let folded = Rings::default();

@@ -8,7 +8,7 @@
 
 use super::content;
 use crate::input::{FaceBlock, InputError, MeshSource, is_usable};
-use crate::mesh::VertexId;
+use crate::mesh::{VertexId, concat};
 use glam::DVec3;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -125,9 +125,11 @@ pub fn scan(
     let run = blocks.len().div_ceil(runs).max(1);
     let parts: Vec<Result<Part, InputError>> =
         blocks.par_chunks(run).map(|run| scan_run(source, run, stride, &referenced, progress)).collect();
-    let mut total = Part::new();
+    let (mut total, mut samples) = (Part::new(), Vec::new());
     for part in parts {
-        total.append(part?);
+        let mut part = part?;
+        samples.push(std::mem::take(&mut part.sample));
+        total.append(part);
     }
     Ok(Scan {
         vertices: source.vertex_count(),
@@ -139,7 +141,7 @@ pub fn scan(
         repeated_corner: total.repeated_corner,
         unreferenced: unreferenced(source, referenced)?,
         blocks: total.blocks,
-        sample: total.sample,
+        sample: concat(&samples),
         sample_stride: stride,
         content: content::joined(source.vertex_count(), &positions, &total.contents),
     })
@@ -200,7 +202,6 @@ impl Part {
         self.sides.add_all(&other.sides);
         self.repeated_corner += other.repeated_corner;
         self.blocks.extend(other.blocks);
-        self.sample.extend(other.sample);
         self.contents.extend(other.contents);
     }
 }

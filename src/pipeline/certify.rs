@@ -112,15 +112,16 @@ fn attempt(plan: &Plan, factor: f64, cell: &Cell, mesh: TileMesh, region: &Regio
     let faces_in_order = (0..mesh.face_count() as u32).into_par_iter();
     let barycentres: Vec<DVec3> = faces_in_order.map(|f| mesh.barycentre(f)).collect();
     let noise = levels.levels_at(&barycentres);
-    let face_rounds: Vec<Option<u32>> = noise.iter().map(|s0| s0.map(|s0| rounds(&plan.scale, s0))).collect();
+    let face_rounds: Vec<Option<u32>> =
+        noise.par_iter().map(|s0| s0.map(|s0| rounds(&plan.scale, s0))).collect();
     let (needed, more) = round_demand(&loaded, plan, &demand.voted, &face_rounds, &reach);
     gaps.extend(more);
-    gaps.extend(noise_demand(&loaded, &demand.noisy(), |v| vertex_rounds[v as usize].is_some()));
+    gaps.extend(noise_demand(&loaded, &demand, |v| vertex_rounds[v as usize].is_some()));
     if !gaps.is_empty() {
         return Err(merge(gaps));
     }
     let most_rounds = needed.iter().copied().max().unwrap_or(0);
-    let vertex_rounds = vertex_rounds.into_iter().map(|k| k.unwrap_or(0)).collect();
+    let vertex_rounds = vertex_rounds.into_par_iter().map(|k| k.unwrap_or(0)).collect();
     let region = region.clone();
     Ok(Certified {
         mesh,
@@ -168,7 +169,8 @@ fn paper_attempt(
 /// K at each vertex where it is known. Whatever uses K certifies that it is, so that the largest known one is at least as
 /// large as any that is used.
 fn rounds_at_vertices(mesh: &TileMesh, plan: &Plan, levels: &Noise) -> Vec<Option<u32>> {
-    levels.levels_at(&mesh.positions).into_iter().map(|s0| s0.map(|s0| rounds(&plan.scale, s0))).collect()
+    let levels = levels.levels_at(&mesh.positions).into_par_iter();
+    levels.map(|s0| s0.map(|s0| rounds(&plan.scale, s0))).collect()
 }
 
 impl Certified {

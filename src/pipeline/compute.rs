@@ -3,13 +3,13 @@
 //!
 //! A pure function of what was loaded: it does not know whether the tile is one of a thousand or the only one.
 
-use super::census::census;
+use super::census::{LocalEdge, census};
 use super::certify::Certified;
 use super::paper::PaperMethod;
 use super::seams::seams;
 use crate::config::{Method, Params, method};
 use crate::math::DEGREE;
-use crate::mesh::Field;
+use crate::mesh::{Field, TileMesh, concat};
 use crate::partition::Plan;
 use crate::refine::{
     Evidence, Extremes, Fit, Fitter, Link, Linker, Support, average_along, contrast, ridges, smooth,
@@ -66,27 +66,24 @@ pub fn compute(
     let (open_edges, defects) = census(tile);
     let open_edges = if params.boundaries { open_edges } else { Vec::new() };
     let mesh = &tile.mesh;
-    let mut named: Vec<u32> = links.iter().flat_map(|l| l.vertices.iter().copied()).collect();
-    named.extend(open_edges.iter().flat_map(|e| e.ends));
-    mesh.sort_by_id(&mut named);
-    named.dedup();
-    let mut with = if asked.fields { tile.demand.owned.clone() } else { Vec::new() };
+    let named = named(mesh, &links, &open_edges);
+    let mut with = if asked.fields { tile.demand.owned.to_vec() } else { Vec::new() };
     mesh.sort_by_id(&mut with);
     let table = finding.table(tile, plan, &named, &with, asked.shortcuts);
     // Planes are fitted where the tables or the lines will show them.
     let fit = |candidates: &mut [&mut Candidate]| {
-        let at: Vec<u32> = candidates.iter().map(|c| mesh.local(c.id)).collect();
+        let at: Vec<u32> = candidates.par_iter().map(|c| mesh.local(c.id)).collect();
         let fits = if table.is_made() { table.of(&at) } else { finding.fits(tile, plan, &at) };
         for ((candidate, v), fit) in candidates.iter_mut().zip(at).zip(fits) {
             candidate.class = finding.class(v, &fit);
             candidate.fit = fit;
         }
     };
-    let global = |l: &Link| LinkPath::new(l.vertices.iter().map(|&v| mesh.id(v)), l.weight);
+    let global = |l: &Link| LinkPath::new(l.vertices().iter().map(|&v| mesh.id(v)), l.weight);
     let owned = &tile.demand.owned;
     let fragments = Fragments {
-        vertices: named.iter().map(|&v| finding.candidate(tile, v)).collect(),
-        links: links.iter().map(global).collect(),
+        vertices: named.par_iter().map(|&v| finding.candidate(tile, v)).collect(),
+        links: links.par_iter().map(global).collect(),
         open_edges: open_edges
             .iter()
             .map(|e| OpenEdge { ends: e.ends.map(|v| mesh.id(v)), crowded: e.crowded })
@@ -101,6 +98,17 @@ pub fn compute(
         loaded_faces: mesh.face_count() as u64,
         owned_faces: mesh.corners.par_iter().filter(|c| tile.owns_face(c)).count() as u64,
     }
+}
+
+/// The vertices that a path or an open edge names, by ascending ids.
+fn named(mesh: &TileMesh, links: &[Link], open_edges: &[LocalEdge]) -> Vec<u32> {
+    let mut named = vec![false; mesh.vertex_count()];
+    let on_edges = open_edges.iter().flat_map(|e| &e.ends);
+    links.iter().flat_map(Link::vertices).chain(on_edges).for_each(|&v| named[v as usize] = true);
+    let mut named: Vec<u32> =
+        (0..mesh.vertex_count() as u32).into_par_iter().filter(|&v| named[v as usize]).collect();
+    mesh.sort_by_id(&mut named);
+    named
 }
 
 /// Refined normals, and where they can be relied on.
@@ -140,7 +148,7 @@ fn find(tile: &Certified, plan: &Plan, params: &Params, shortcuts: bool) -> Find
     let stops = stops(mesh, &votes, &demand.traced);
     let traced = match shortcuts {
         true => traceable(&votes, &surroundings, &demand.traced),
-        false => demand.traced.clone(),
+        false => demand.traced.to_vec(),
     };
     let evidence = Evidence {
         mesh,
@@ -217,7 +225,7 @@ impl Finding {
             links
         };
         let links: Vec<Vec<Link>> = demand.owned.par_chunks(CHUNK).map(from_chunk).collect();
-        links.into_iter().flatten().collect()
+        concat(&links)
     }
 
     /// Step F at the vertices of lines (`named`) and at those of `with` that are features, if there are any `with`, or if

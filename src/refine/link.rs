@@ -29,12 +29,37 @@ pub struct Linker<'a> {
 }
 
 /// A path along mesh edges; local indices.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Link {
-    /// Two to four vertices; the end with the lower id comes first.
-    pub vertices: Vec<u32>,
+    path: Path,
     /// The smallest weight of its edges.
     pub weight: f64,
+}
+
+impl Link {
+    /// Two to four vertices; the end with the lower id comes first.
+    pub fn vertices(&self) -> &[u32] {
+        self.path.vertices()
+    }
+}
+
+/// Vertices one after the other.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Path {
+    // Not on the heap, where all threads would meet.
+    vertices: [u32; method::LINK_STEPS + 1],
+    count: usize,
+}
+
+impl Path {
+    fn push(&mut self, v: u32) {
+        self.vertices[self.count] = v;
+        self.count += 1;
+    }
+
+    fn vertices(&self) -> &[u32] {
+        &self.vertices[..self.count]
+    }
 }
 
 impl Linker<'_> {
@@ -45,27 +70,27 @@ impl Linker<'_> {
         }
         let t = self.votes.get(v).t;
         for d in [t, -t] {
-            if let Some(vertices) = self.path(v, d)
-                && !vertices
-                    .windows(2)
-                    .any(|e| self.stops.get(e[0]).boundary && self.stops.get(e[1]).boundary)
+            let on_boundary = |e: &[u32]| e.iter().all(|&v| self.stops.get(v).boundary);
+            if let Some(path) = self.path(v, d)
+                && !path.vertices().windows(2).any(on_boundary)
             {
-                links.push(self.link(vertices));
+                links.push(self.link(path));
             }
         }
     }
 
     /// The path from `v` towards `d`, if it reaches a ridge vertex or a stop.
-    fn path(&self, v: u32, d: DVec3) -> Option<Vec<u32>> {
-        let mut d = d;
-        let mut path = vec![v];
+    fn path(&self, v: u32, d: DVec3) -> Option<Path> {
+        let (mut at, mut d) = (v, d);
+        let mut path = Path::default();
+        path.push(v);
         for _ in 0..method::LINK_STEPS {
-            let next = self.next(path[path.len() - 1], d)?;
-            path.push(next);
-            if self.is_end(next) {
+            at = self.next(at, d)?;
+            path.push(at);
+            if self.is_end(at) {
                 return Some(path);
             }
-            d = turn(d, self.votes.get(next).t);
+            d = turn(d, self.votes.get(at).t);
         }
         None
     }
@@ -91,13 +116,14 @@ impl Linker<'_> {
     }
 
     /// Orients the path and weighs it.
-    fn link(&self, mut vertices: Vec<u32>) -> Link {
+    fn link(&self, mut path: Path) -> Link {
+        let vertices = &mut path.vertices[..path.count];
         // The ends differ, or the path is a ring that the line graph will refuse.
         if self.mesh.id(vertices[0]) >= self.mesh.id(vertices[vertices.len() - 1]) {
             vertices.reverse();
         }
         let weight = vertices.windows(2).fold(f64::INFINITY, |w, e| w.min(self.edge_weight(e[0], e[1])));
-        Link { vertices, weight }
+        Link { path, weight }
     }
 
     /// min(R_a, R_b) (0.2 + 0.8 mean |cos(edge, t)|): an edge along the line is worth more than one across it.

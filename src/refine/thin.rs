@@ -77,9 +77,10 @@ pub fn ridges(
 fn is_largest_across(mesh: &TileMesh, radius: f64, votes: &Field<Vote>, r: &Field<f64>, v: u32) -> bool {
     let (vote, own, origin) = (votes.get(v), r.get(v), mesh.position(v));
     let hub = mesh.is_hub(v);
-    let mut ball = vec![v];
+    // Not on the heap, where all threads would meet.
+    let (mut ball, mut count) = ([v; method::THIN_MOST], 1);
     let mut next = 0;
-    while next < ball.len() {
+    while next < count {
         let u = ball[next];
         next += 1;
         if u != v && mesh.is_hub(u) {
@@ -89,12 +90,13 @@ fn is_largest_across(mesh: &TileMesh, radius: f64, votes: &Field<Vote>, r: &Fiel
             let e = mesh.position(w) - origin;
             let inside = e.dot(e) <= radius * radius;
             // A ball is a dozen vertices; looking through it is cheaper than a set.
-            if (!inside && u != v) || ball.contains(&w) {
+            if (!inside && u != v) || ball[..count].contains(&w) {
                 continue;
             }
             // Around a hub, its neighbours are enough.
-            if inside && !hub && ball.len() < method::THIN_MOST {
-                ball.push(w);
+            if inside && !hub && count < method::THIN_MOST {
+                ball[count] = w;
+                count += 1;
             }
             let (across, along) = (e.dot(vote.b), e.dot(vote.t));
             if across * across >= method::THIN_SIDE * along * along

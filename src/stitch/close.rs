@@ -19,9 +19,11 @@
 //!
 //! Links, boundaries and non-manifold edges make three graphs, whose components are closed each on its own.
 
-use super::component::{Finished, Part, Rules, finish};
+use super::apart::apart;
+use super::component::{Draft, Finished, Part, Rules};
 use super::fragments::{Candidate, Defects, Fragments, Kind, Seam};
 use crate::mesh::VertexId;
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 /// A component, as far as one tile sees it, that others may add to.
@@ -50,7 +52,7 @@ pub struct TileShare {
     pub defects: Defects,
 }
 
-/// Fits planes at some vertices of a tile: completes the candidates it gets, ascending by id.
+/// Fits planes at some vertices of a tile: completes the candidates it gets.
 pub type FitAll<'a> = &'a dyn Fn(&mut [&mut Candidate]);
 
 /// Finishes what is closed, and takes apart what is open. The vertices of `fragments` were not fitted yet: `fit` is called
@@ -61,15 +63,13 @@ pub fn close(fragments: Fragments, rules: &Rules, fit: FitAll) -> TileShare {
     let whole = Part { vertices, links, open_edges };
     let (closed, mut open) = if seams.is_empty() { (whole, Vec::new()) } else { split(&whole, &seams) };
     // What becomes of an open part is not known here.
-    let mut all: Vec<&mut Candidate> = open.iter_mut().flat_map(|open| &mut open.part.vertices).collect();
-    all.sort_unstable_by_key(|v| v.id);
-    fit(&mut all);
-    let finished = finish(closed, rules, |vertices, left| {
-        let mut left: Vec<&mut Candidate> =
-            vertices.iter_mut().zip(left).filter(|(_, left)| **left).map(|(v, _)| v).collect();
-        fit(&mut left);
-    });
-    TileShare { finished, open, links: found, largest_salience, defects }
+    let mut left_open: Vec<&mut Candidate> =
+        open.iter_mut().flat_map(|open| &mut open.part.vertices).collect();
+    fit(&mut left_open);
+    let mut drafts: Vec<Draft> = apart(closed).into_par_iter().map(|part| Draft::new(part, rules)).collect();
+    fit(&mut drafts.iter_mut().flat_map(Draft::left).collect::<Vec<_>>());
+    let finished = drafts.into_par_iter().map(|draft| draft.finish(rules)).collect();
+    TileShare { finished: Finished::joined(finished), open, links: found, largest_salience, defects }
 }
 
 /// Closed components all together, open ones one by one.

@@ -17,6 +17,7 @@ use super::{prune, smooth};
 use crate::config::{Params, method};
 use crate::mesh::VertexId;
 use crate::partition::Scale;
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 /// What decides about lines.
@@ -95,52 +96,94 @@ pub struct Finished {
     pub lines: Vec<FinishedLine>,
 }
 
-/// Finishes whole components. `fit` gets all their vertices, ascending, and by vertex whether it is left after pruning:
-/// nothing before reads how planes were fitted, or the class that comes of it, and nothing after reads it of others.
-pub fn finish(part: Part, rules: &Rules, fit: impl FnOnce(&mut [Candidate], &[bool])) -> Finished {
-    let Part { mut vertices, mut links, mut open_edges } = part;
-    vertices.sort_unstable_by_key(|v| v.id);
-    debug_assert!(
-        vertices.chunk_by(|a, b| a.id == b.id).all(|same| same.iter().all(|v| *v == same[0])),
-        "two tiles disagree about a vertex"
-    );
-    vertices.dedup_by_key(|v| v.id);
-    links.sort_unstable_by(LinkPath::order);
-    links.dedup();
-    open_edges.sort_unstable();
-    open_edges.dedup();
-    let mut graph = pruned(&vertices, &links, rules);
-    let mut left: Vec<bool> = (0..graph.nodes()).map(|v| graph.degree(v) > 0).collect();
-    let ends = open_edges.iter().flat_map(|e| e.ends).filter_map(|id| node_of(&vertices, id));
-    ends.for_each(|v| left[v as usize] = true);
-    fit(&mut vertices, &left);
-    let mut lines = creases(&mut graph, &vertices, rules);
-    let fitted = smooth::fit_lines(&graph, &vertices, &lines, &rules.scale);
-    let creases = lines.len();
-    for (kind, class) in [(Kind::Boundary, Class::Boundary), (Kind::NonManifold, Class::NonManifold)] {
-        let mut open = Graph::new(vertices.len());
-        for edge in open_edges.iter().filter(|e| e.kind() == kind) {
-            if let [Some(a), Some(b)] = edge.ends.map(|id| node_of(&vertices, id)) {
-                open.add(a, b, distance(&vertices, a, b));
-            }
+impl Finished {
+    /// All of `parts`, which have no vertex in common, in order.
+    pub fn joined(parts: Vec<Finished>) -> Finished {
+        let mut all = Finished::default();
+        for Finished { vertices, lines } in parts {
+            all.vertices.extend(vertices);
+            all.lines.extend(lines);
         }
-        let chains = lines::chains(&open, |v| vertices[v as usize].corner);
-        lines.extend(chains.into_iter().map(|chain| lines::plain_line(&vertices, chain, class)));
+        all.vertices.par_sort_unstable_by_key(|(vertex, _)| vertex.id);
+        all.lines.par_sort_unstable_by(|a, b| {
+            (a.measures.kind().cmp(&b.measures.kind())).then_with(|| a.ids.cmp(&b.ids))
+        });
+        all
     }
-    let mut used = vec![false; vertices.len()];
-    lines.iter().flat_map(|line| &line.nodes).for_each(|&v| used[v as usize] = true);
-    let mut on_crease = vec![false; vertices.len()];
-    lines[..creases].iter().flat_map(|line| &line.nodes).for_each(|&v| on_crease[v as usize] = true);
-    let named = |line: ChainLine| FinishedLine {
-        ids: line.nodes.iter().map(|&v| vertices[v as usize].id).collect(),
-        measures: line.measures,
-    };
-    Finished {
-        vertices: (0..vertices.len())
-            .filter(|&v| used[v])
-            .map(|v| (LineVertex::new(&vertices[v], fitted[v]), on_crease[v]))
-            .collect(),
-        lines: lines.into_iter().map(named).collect(),
+}
+
+/// Finishes whole components whose planes were fitted.
+pub fn finish(part: Part, rules: &Rules) -> Finished {
+    Draft::new(part, rules).finish(rules)
+}
+
+/// Whole components without the creases that are too short or too faint. Nothing up to here reads how planes were fitted, or
+/// the class that comes of it; nothing after reads it of vertices that are on no line.
+pub struct Draft {
+    /// Ascending, each once.
+    vertices: Vec<Candidate>,
+    open_edges: Vec<OpenEdge>,
+    creases: Graph,
+}
+
+impl Draft {
+    /// Of whole components.
+    pub fn new(part: Part, rules: &Rules) -> Draft {
+        let Part { mut vertices, mut links, mut open_edges } = part;
+        vertices.sort_unstable_by_key(|v| v.id);
+        debug_assert!(
+            vertices.chunk_by(|a, b| a.id == b.id).all(|same| same.iter().all(|v| *v == same[0])),
+            "two tiles disagree about a vertex"
+        );
+        vertices.dedup_by_key(|v| v.id);
+        links.sort_unstable_by(LinkPath::order);
+        links.dedup();
+        open_edges.sort_unstable();
+        open_edges.dedup();
+        let creases = pruned(&vertices, &links, rules);
+        Draft { vertices, open_edges, creases }
+    }
+
+    /// The vertices that are left, ascending.
+    pub fn left(&mut self) -> impl Iterator<Item = &mut Candidate> {
+        let Draft { vertices, open_edges, creases } = self;
+        let mut left: Vec<bool> = (0..creases.nodes()).map(|v| creases.degree(v) > 0).collect();
+        let ends = open_edges.iter().flat_map(|e| e.ends).filter_map(|id| node_of(vertices, id));
+        ends.for_each(|v| left[v as usize] = true);
+        vertices.iter_mut().zip(left).filter(|(_, left)| *left).map(|(v, _)| v)
+    }
+
+    /// The lines, once planes were fitted at the vertices that are left.
+    pub fn finish(self, rules: &Rules) -> Finished {
+        let Draft { vertices, open_edges, creases: mut graph } = self;
+        let mut lines = creases(&mut graph, &vertices, rules);
+        let fitted = smooth::fit_lines(&graph, &vertices, &lines, &rules.scale);
+        let creases = lines.len();
+        for (kind, class) in [(Kind::Boundary, Class::Boundary), (Kind::NonManifold, Class::NonManifold)] {
+            let mut open = Graph::new(vertices.len());
+            for edge in open_edges.iter().filter(|e| e.kind() == kind) {
+                if let [Some(a), Some(b)] = edge.ends.map(|id| node_of(&vertices, id)) {
+                    open.add(a, b, distance(&vertices, a, b));
+                }
+            }
+            let chains = lines::chains(&open, |v| vertices[v as usize].corner);
+            lines.extend(chains.into_iter().map(|chain| lines::plain_line(&vertices, chain, class)));
+        }
+        let mut used = vec![false; vertices.len()];
+        lines.iter().flat_map(|line| &line.nodes).for_each(|&v| used[v as usize] = true);
+        let mut on_crease = vec![false; vertices.len()];
+        lines[..creases].iter().flat_map(|line| &line.nodes).for_each(|&v| on_crease[v as usize] = true);
+        let named = |line: ChainLine| FinishedLine {
+            ids: line.nodes.iter().map(|&v| vertices[v as usize].id).collect(),
+            measures: line.measures,
+        };
+        Finished {
+            vertices: (0..vertices.len())
+                .filter(|&v| used[v])
+                .map(|v| (LineVertex::new(&vertices[v], fitted[v]), on_crease[v]))
+                .collect(),
+            lines: lines.into_iter().map(named).collect(),
+        }
     }
 }
 

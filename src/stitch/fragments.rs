@@ -40,7 +40,7 @@ impl Class {
 }
 
 /// A vertex that lines may run through.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Candidate {
     /// Global id.
     pub id: VertexId,

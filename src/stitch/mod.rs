@@ -14,6 +14,7 @@
 //! the graph nor the lines are ever in memory as a whole. What waits and does not fit goes to the disk (`shelf`). The result is a function of the *set* of fragments; how many
 //! tiles they came from, and in what order, cannot be seen in it.
 
+mod apart;
 mod close;
 mod component;
 mod error;

@@ -167,7 +167,7 @@ impl Stitcher {
             if needed > memory.last {
                 return Err(too_large(&content, needed, memory.last));
             }
-            store.put(finish(shelf.take(content)?, &rules, |_, _| ()))?;
+            store.put(finish(shelf.take(content)?, &rules))?;
         }
         Ok((Rest { store, waiting, shelf, most_open }, found))
     }
@@ -178,6 +178,6 @@ impl Stitcher {
         if whole.is_shelved() || needed > self.memory.open {
             return self.open.put_aside(whole);
         }
-        self.store.put(finish(whole.into_part(), &self.rules, |_, _| ()))
+        self.store.put(finish(whole.into_part(), &self.rules))
     }
 }

@@ -7,7 +7,7 @@ use super::levels::Levels;
 use super::tensor::Vote;
 use crate::config::method;
 use crate::math::DEGREE;
-use crate::mesh::{EdgeUse, Field, TileMesh};
+use crate::mesh::{Beyond, Field, TileMesh};
 use crate::partition::{Plan, Rings};
 use rayon::prelude::*;
 
@@ -83,12 +83,5 @@ pub fn stops(mesh: &TileMesh, votes: &Field<Vote>, at: &[u32]) -> Field<Stop> {
 
 /// Whether an edge at `v` has a single face.
 pub fn on_boundary(mesh: &TileMesh, v: u32) -> bool {
-    // Around an inner vertex of a manifold there are as many neighbours as faces; only then is a closer look worth it.
-    let (faces, ring) = (mesh.faces_of(v), mesh.ring_of(v));
-    if ring.len() > faces.len() {
-        return true;
-    }
-    let mut uses: Vec<EdgeUse> = Vec::with_capacity(2 * faces.len());
-    mesh.edge_uses(v, &mut uses);
-    uses.chunk_by(|a, b| a.other() == b.other()).any(|edge| edge.len() == 1)
+    mesh.faces_of(v).iter().any(|&f| mesh.beyond_at(f, v).contains(&Beyond::Nothing))
 }

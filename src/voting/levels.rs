@@ -1,8 +1,9 @@
 //! Local levels: a quantile of some quantity over the 27 lattice cubes around a point (`level(x, q)` in ALGORITHM.md).
 //!
 //! In: samples (position, value). Out: a level for each cube asked about. The histograms are integers with eight bins
-//! an octave, so that neither the order of the samples nor the tile they came from matters. A cube keeps its samples'
-//! bins rather than a histogram: most cubes hold a few dozen samples and a histogram would be far larger.
+//! an octave, so that neither the order of the samples nor the tile they came from matters. A cube holds a few dozen samples
+//! and keeps only those bins that are not empty: adding up 27 of these lists is several times faster than counting their
+//! samples, and takes less memory.
 
 use crate::partition::{Cube, CubeBox, Lattice};
 use glam::DVec3;
@@ -16,12 +17,21 @@ const LEAST_EXPONENT: i64 = -30;
 /// Exponents from 2^-30 to 2^9: wider than any chord or angle.
 const BINS: usize = 40 << OCTAVE_BITS;
 
-/// The samples of each cube, ready for quantiles.
+/// A histogram for each cube, ready for quantiles.
 pub struct Levels {
-    slots: FxHashMap<Cube, u32>,
-    /// Samples of slot i are `bins[starts[i]..starts[i + 1]]`.
+    /// Numbers of the cubes with samples.
+    numbers: FxHashMap<Cube, u32>,
+    /// Samples were counted in chunks; chunks `parts[starts[i]..starts[i + 1]]` have some in cube i.
     starts: Vec<u32>,
-    bins: Vec<u16>,
+    parts: Vec<Part>,
+    chunks: Vec<Histograms>,
+}
+
+/// A part of the histogram of a cube: that with this number among those of a chunk.
+#[derive(Clone, Copy, Default)]
+struct Part {
+    chunk: u32,
+    number: u32,
 }
 
 impl Levels {
@@ -35,39 +45,39 @@ impl Levels {
             let keyed: Vec<(u32, u16)> = samples
                 .map(|(position, value)| (numbers.of(lattice.cube_of(position)), bin(value)))
                 .collect();
-            (numbers.cubes, keyed)
+            (Histograms::new(numbers.cubes.len(), &keyed), numbers.cubes)
         };
-        let chunks: Vec<Numbered<(u32, u16)>> = chunks.map(of_chunk).collect();
+        let (chunks, cubes): (Vec<Histograms>, Vec<Vec<Cube>>) = chunks.map(of_chunk).unzip();
         let mut numbers = Numbers::default();
-        let slots: Vec<Vec<u32>> = chunks.iter().map(|(cubes, _)| numbers.of_all(cubes)).collect();
+        let of_chunks: Vec<Vec<u32>> = cubes.iter().map(|cubes| numbers.of_all(cubes)).collect();
         let mut starts = vec![0u32; numbers.cubes.len() + 1];
-        for ((_, keyed), slots) in chunks.iter().zip(&slots) {
-            keyed.iter().for_each(|(number, _)| starts[slots[*number as usize] as usize + 1] += 1);
-        }
+        of_chunks.iter().flatten().for_each(|&i| starts[i as usize + 1] += 1);
         for i in 1..starts.len() {
             starts[i] += starts[i - 1];
         }
         let mut next = starts.clone();
-        let mut bins = vec![0u16; starts[starts.len() - 1] as usize];
-        for ((_, keyed), slots) in chunks.iter().zip(&slots) {
-            for (number, bin) in keyed {
-                let next = &mut next[slots[*number as usize] as usize];
-                bins[*next as usize] = *bin;
-                *next += 1;
+        let mut parts = vec![Part::default(); starts[starts.len() - 1] as usize];
+        for (chunk, of_chunk) in (0..).zip(&of_chunks) {
+            for (number, &i) in (0..).zip(of_chunk) {
+                parts[next[i as usize] as usize] = Part { chunk, number };
+                next[i as usize] += 1;
             }
         }
-        Levels { slots: numbers.known, starts, bins }
+        Levels { numbers: numbers.known, starts, parts, chunks }
     }
 
     /// The `quantile` of all samples in the 27 cubes around `cube`; 0 if there are none.
     pub fn at(&self, cube: Cube, quantile: f64) -> f64 {
         let mut histogram = [0u32; BINS];
         let mut count = 0u64;
-        for slot in CubeBox::around(cube).cubes().filter_map(|c| self.slots.get(&c)) {
-            let samples =
-                &self.bins[self.starts[*slot as usize] as usize..self.starts[*slot as usize + 1] as usize];
-            samples.iter().for_each(|&b| histogram[b as usize] += 1);
-            count += samples.len() as u64;
+        for i in CubeBox::around(cube).cubes().filter_map(|c| self.numbers.get(&c)) {
+            for part in &self.parts[self.starts[*i as usize] as usize..self.starts[*i as usize + 1] as usize]
+            {
+                for &(bin, n) in self.chunks[part.chunk as usize].of(part.number) {
+                    histogram[bin as usize] += n;
+                    count += u64::from(n);
+                }
+            }
         }
         if count == 0 {
             return 0.0;
@@ -109,7 +119,7 @@ pub(super) fn at_each<T: Copy + Send + Sync>(
         let keyed: Vec<u32> = points.map(|i| numbers.of(lattice.cube_of(point(i)))).collect();
         (numbers.cubes, keyed)
     };
-    let chunks: Vec<Numbered<u32>> = (0..count.div_ceil(CHUNK)).into_par_iter().map(of_chunk).collect();
+    let chunks: Vec<Numbered> = (0..count.div_ceil(CHUNK)).into_par_iter().map(of_chunk).collect();
     let mut numbers = Numbers::default();
     let slots: Vec<Vec<u32>> = chunks.iter().map(|(cubes, _)| numbers.of_all(cubes)).collect();
     let values: Vec<T> = numbers.cubes.par_iter().map(|&cube| value(cube)).collect();
@@ -122,8 +132,55 @@ pub(super) fn at_each<T: Copy + Send + Sync>(
     all
 }
 
-/// The cubes of one chunk of points, by number, and what is kept of each point: the number of its cube, for one.
-type Numbered<T> = (Vec<Cube>, Vec<T>);
+/// Histograms of some cubes by number: bins that are not empty, and how many samples are in each.
+struct Histograms {
+    /// Where that of each cube ends.
+    ends: Vec<u32>,
+    counts: Vec<(u16, u32)>,
+}
+
+impl Histograms {
+    /// Those of `cubes` cubes with these samples, each a number of a cube and a bin.
+    fn new(cubes: usize, samples: &[(u32, u16)]) -> Histograms {
+        let mut starts = vec![0u32; cubes + 1];
+        samples.iter().for_each(|(number, _)| starts[*number as usize + 1] += 1);
+        for i in 1..starts.len() {
+            starts[i] += starts[i - 1];
+        }
+        let mut next = starts.clone();
+        let mut bins = vec![0u16; samples.len()];
+        for (number, bin) in samples {
+            let next = &mut next[*number as usize];
+            bins[*next as usize] = *bin;
+            *next += 1;
+        }
+        let mut histogram = [0u32; BINS];
+        let (mut ends, mut counts) = (Vec::with_capacity(cubes), Vec::new());
+        for span in starts.windows(2) {
+            let first = counts.len();
+            for &bin in &bins[span[0] as usize..span[1] as usize] {
+                let count = &mut histogram[bin as usize];
+                *count += 1;
+                if *count == 1 {
+                    counts.push((bin, 0));
+                }
+            }
+            counts[first..]
+                .iter_mut()
+                .for_each(|(bin, n)| *n = std::mem::take(&mut histogram[*bin as usize]));
+            ends.push(counts.len() as u32);
+        }
+        Histograms { ends, counts }
+    }
+
+    fn of(&self, number: u32) -> &[(u16, u32)] {
+        let first = number.checked_sub(1).map_or(0, |before| self.ends[before as usize]);
+        &self.counts[first as usize..self.ends[number as usize] as usize]
+    }
+}
+
+/// The cubes of one chunk of points, by number, and the number of the cube of each point.
+type Numbered = (Vec<Cube>, Vec<u32>);
 
 /// Numbers of cubes, in the order in which they are met.
 #[derive(Default)]

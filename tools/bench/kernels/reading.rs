@@ -83,7 +83,7 @@ fn demand(town: &Town) -> usize {
     let (demand, mut gaps) = vertex_demand(&loaded, &town.cell, &reach);
     let (needed, more) = round_demand(&loaded, &town.plan, &demand.voted, &tile.face_rounds, &reach);
     gaps.extend(more);
-    gaps.extend(noise_demand(&loaded, &demand.noisy(), |_| true));
+    gaps.extend(noise_demand(&loaded, &demand, |_| true));
     assert!(gaps.is_empty(), "the mesh is there as a whole");
     needed.len()
 }
