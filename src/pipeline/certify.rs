@@ -183,4 +183,12 @@ impl Certified {
     pub fn owns_face(&self, corners: &[u32; 3]) -> bool {
         self.owns(self.mesh.lowest(corners))
     }
+
+    /// How many faces the tile owns.
+    pub fn owned_faces(&self) -> u64 {
+        if self.cell.is_everything() {
+            return self.mesh.face_count() as u64;
+        }
+        self.mesh.corners.par_iter().filter(|corners| self.owns_face(corners)).count() as u64
+    }
 }

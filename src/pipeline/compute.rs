@@ -96,7 +96,7 @@ pub fn compute(
         share: close(fragments, &Rules::new(&plan.scale, params), &fit),
         fields: with.iter().map(|&v| finding.fields(tile, &table, v)).collect(),
         loaded_faces: mesh.face_count() as u64,
-        owned_faces: mesh.corners.par_iter().filter(|c| tile.owns_face(c)).count() as u64,
+        owned_faces: tile.owned_faces(),
     }
 }
 

@@ -5,20 +5,21 @@
 //! their keys, so the graph does not depend on which tile handed over what.
 
 use super::fragments::{Candidate, LinkPath};
+use smallvec::SmallVec;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 /// Undirected graph over line vertices; nodes are indices that ascend with global ids.
 #[derive(Clone, Debug, Default)]
 pub struct Graph {
-    /// Neighbours of each node, ascending, with the length of the edge.
-    adjacency: Vec<Vec<(u32, f64)>>,
+    /// Neighbours of each node, ascending, with the length of the edge. Junctions have more than a few, and are rare.
+    adjacency: Vec<SmallVec<[(u32, f64); 3]>>,
 }
 
 impl Graph {
     /// A graph of `nodes` nodes without edges.
     pub fn new(nodes: usize) -> Graph {
-        Graph { adjacency: vec![Vec::new(); nodes] }
+        Graph { adjacency: vec![SmallVec::new(); nodes] }
     }
 
     /// Number of nodes, with and without edges.
@@ -81,7 +82,7 @@ pub fn build(vertices: &[Candidate], links: &[LinkPath], apart: LoopLength) -> G
     let mut search = Search::new(vertices.len());
     let limit = |v: u32| apart.base + apart.per_round * f64::from(vertices[v as usize].rounds);
     for link in links {
-        let nodes: Vec<u32> = link.ids().iter().filter_map(|id| node_of(vertices, *id)).collect();
+        let nodes: SmallVec<[u32; 4]> = link.ids().iter().filter_map(|id| node_of(vertices, *id)).collect();
         let (a, b) = (nodes[0], nodes[nodes.len() - 1]);
         if !search.within(&graph, a, b, limit(a).min(limit(b))) {
             for e in nodes.windows(2) {

@@ -6,12 +6,13 @@
 use super::fragments::Candidate;
 use super::graph::Graph;
 use crate::config::method;
+use smallvec::{SmallVec, smallvec};
 use std::collections::BTreeMap;
 
 /// A dangling branch: from its tip to the junction it hangs on.
 struct Branch {
     length: f64,
-    nodes: Vec<u32>,
+    nodes: SmallVec<[u32; 8]>,
 }
 
 /// Removes dangling branches shorter than `shortest` (mesh units). In rounds: each junction drops its shortest one (tie:
@@ -44,7 +45,7 @@ pub fn prune_branches(graph: &mut Graph, vertices: &[Candidate], shortest: f64) 
 /// The branch from `tip` to a junction, if it is shorter than `shortest`.
 fn dangling(graph: &Graph, tip: u32, shortest: f64) -> Option<Branch> {
     let &(next, length) = graph.neighbours(tip).first()?;
-    let mut branch = Branch { length, nodes: vec![tip, next] };
+    let mut branch = Branch { length, nodes: smallvec![tip, next] };
     loop {
         let at = branch.nodes[branch.nodes.len() - 1];
         if branch.length >= shortest {

@@ -13,6 +13,7 @@ use crate::mesh::{Beyond, TileMesh};
 use crate::partition::Scale;
 use glam::DVec3;
 use rayon::prelude::*;
+use std::cmp::Reverse;
 use std::ops::Range;
 
 /// Faces handled by one parallel task.
@@ -36,8 +37,8 @@ pub fn refine(
             Chunk::new(mesh, first..end, s0, needed)
         })
         .collect();
-    let mut round = 0;
-    while chunks.iter().any(|chunk| !chunk.turns.is_empty()) {
+    let rounds = needed.par_iter().copied().max().unwrap_or(0);
+    for round in 0..rounds {
         chunks.par_iter_mut().for_each(|chunk| {
             debug_assert!(
                 chunk.is_ready(mesh, scale, s0, needed, round),
@@ -45,11 +46,9 @@ pub fn refine(
             );
             chunk.vote(&voters, faces, round);
         });
-        voters.par_chunks_mut(CHUNK).zip(&mut chunks).for_each(|(voters, chunk)| chunk.write(voters));
-        round += 1;
-        chunks.par_iter_mut().for_each(|chunk| chunk.turns.retain(|turn| turn.rounds > round));
+        voters.par_chunks_mut(CHUNK).zip(&chunks).for_each(|(voters, chunk)| chunk.write(voters));
     }
-    voters.into_iter().map(|voter| voter.normal).collect()
+    voters.into_par_iter().map(|voter| voter.normal).collect()
 }
 
 /// A face as its neighbours see it: what a round reads of it lies together.
@@ -62,10 +61,11 @@ struct Voter {
 /// Faces that take part in rounds, of `CHUNK` that have consecutive numbers.
 struct Chunk {
     first: u32,
+    /// Those with most rounds come first: whose turn it is are the first ones.
     turns: Vec<Turn>,
     /// Voters of all of them.
     lists: Vec<u32>,
-    /// Normals after this round, by turns.
+    /// Normals after this round, of those whose turn it was.
     next: Vec<DVec3>,
 }
 
@@ -87,11 +87,11 @@ impl Chunk {
     fn new(mesh: &TileMesh, faces: Range<u32>, s0: &[Option<f64>], needed: &[u32]) -> Chunk {
         let mut chunk = Chunk { first: faces.start, turns: Vec::new(), lists: Vec::new(), next: Vec::new() };
         let mut scratch = Vec::new();
-        for face in faces {
-            let rounds = needed[face as usize];
-            if rounds == 0 {
-                continue;
-            }
+        let mut faces: Vec<(u32, u32)> =
+            faces.map(|face| (needed[face as usize], face)).filter(|(rounds, _)| *rounds > 0).collect();
+        faces.sort_by_key(|(rounds, _)| Reverse(*rounds));
+        chunk.turns.reserve_exact(faces.len());
+        for (rounds, face) in faces {
             let list = chunk.lists.len();
             let (own, two) = voters_of(mesh, face, &mut chunk.lists, &mut scratch);
             chunk.turns.push(Turn {
@@ -104,14 +104,15 @@ impl Chunk {
                 one: (chunk.lists.len() - list - two) as u16,
             });
         }
-        chunk.next.resize(chunk.turns.len(), DVec3::ZERO);
+        chunk.next.reserve_exact(chunk.turns.len());
         chunk
     }
 
     /// One round.
     fn vote(&mut self, voters: &[Voter], faces: &FaceGeometry, round: u32) {
         let Chunk { turns, lists, next, .. } = self;
-        for (turn, next) in turns.iter().zip(next) {
+        next.clear();
+        for turn in turns.iter().take_while(|turn| turn.rounds > round) {
             let width = range_width(turn.s0, round);
             let around = &lists[turn.list as usize..][..usize::from(turn.two) + usize::from(turn.one)];
             let (two, one) = around.split_at(usize::from(turn.two));
@@ -130,7 +131,7 @@ impl Chunk {
                 two.iter().for_each(|&g| ballot.cast(seen(g), 2.0));
                 one.iter().for_each(|&g| ballot.cast(seen(g), 1.0));
             }
-            *next = ballot.result();
+            next.push(ballot.result());
         }
     }
 
@@ -154,7 +155,7 @@ impl Chunk {
             let most = s0[g as usize].map_or(u32::MAX, |s0| rounds(scale, s0));
             needed[g as usize] >= most.min(round)
         };
-        self.turns.iter().all(|turn| {
+        self.turns.iter().take_while(|turn| turn.rounds > round).all(|turn| {
             let corners = mesh.corners[turn.face as usize];
             let mut seen_through = corners.iter().filter(|&&v| !mesh.is_hub(v));
             seen_through.all(|&v| mesh.faces_of(v).iter().all(ready))
