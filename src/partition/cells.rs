@@ -84,22 +84,29 @@ fn split(
     }
 }
 
-/// Sorts the sample along the axis of its longest extent and returns that axis, the coordinate to cut at and how many
-/// samples lie below it; `None` if all samples coincide.
+/// Divides the sample along the axis of its longest extent, and returns that axis, the coordinate to cut at and how many
+/// samples lie below it: the first ones. `None` if all samples coincide.
 fn cut_at(sample: &mut [DVec3]) -> Option<(usize, f64, usize)> {
     let lo = sample.iter().fold(DVec3::INFINITY, |m, p| m.min(*p));
     let hi = sample.iter().fold(DVec3::NEG_INFINITY, |m, p| m.max(*p));
     let extent = hi - lo;
     let axis = longest(extent);
-    sample.sort_by(|a, b| a[axis].total_cmp(&b[axis]));
+    let half = sample.len() / 2;
+    sample.select_nth_unstable_by(half, |a, b| a[axis].total_cmp(&b[axis]));
     // The coordinate itself goes right. If the lower half is one value, cut behind that value instead.
-    let middle = sample[sample.len() / 2][axis];
-    let at = if middle > sample[0][axis] {
+    let middle = sample[half][axis];
+    let at = if middle > lo[axis] {
         middle
     } else {
-        sample.iter().map(|p| p[axis]).find(|&x| x > middle)?
+        sample.iter().map(|p| p[axis]).filter(|&x| x > middle).reduce(f64::min)?
     };
-    let lower = sample.partition_point(|p| p[axis] < at);
+    let mut lower = 0;
+    for i in 0..sample.len() {
+        if sample[i][axis] < at {
+            sample.swap(i, lower);
+            lower += 1;
+        }
+    }
     Some((axis, at, lower))
 }
 

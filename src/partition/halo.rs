@@ -28,12 +28,14 @@ use super::lattice::{Cube, CubeBox, Lattice};
 use super::plan::{Plan, Scale};
 use super::region::{Gap, Region};
 use crate::config::method;
-use crate::mesh::TileMesh;
+use crate::mesh::{TileMesh, concat};
 use glam::DVec3;
 use rayon::prelude::*;
 use rustc_hash::FxHashSet;
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::sync::atomic::Ordering::Relaxed;
 
 /// The vertices of the patch that planes are fitted to lie nearer than the edge of a level cube, hence in the 27 cubes; all
 /// refined normals around those are asked for already.
@@ -133,23 +135,26 @@ impl Rings {
 
     /// Grows `seeds` (ascending) by `rings` rings. Vertices at which the mesh was not loaded whole become gaps.
     pub(super) fn grow(tile: &Loaded, seeds: Vec<u32>, rings: usize, gaps: &mut HashSet<Gap>) -> Rings {
-        let mut inside = vec![false; tile.mesh.vertex_count()];
-        seeds.iter().for_each(|&v| inside[v as usize] = true);
+        let mesh = tile.mesh;
+        let inside: Vec<AtomicBool> = marks(mesh.vertex_count(), &[&seeds]);
         let (mut ends, mut list) = (vec![seeds.len()], seeds);
         for ring in 0..rings {
             let from = if ring == 0 { 0 } else { ends[ring - 1] };
-            let mut next = Vec::new();
-            for &v in &list[from..] {
-                // A ring that is known in part already tells where it leads: fewer loads than waiting for all of it.
-                tile.certified(v, rings - ring, gaps);
-                for &u in tile.mesh.ring.row(v) {
-                    if !inside[u as usize] {
-                        inside[u as usize] = true;
-                        next.push(u);
-                    }
-                }
-            }
-            next.sort_unstable();
+            // A ring that is known in part already tells where it leads: fewer loads than waiting for all of it.
+            let of_chunk = |chunk: &[u32]| {
+                let rows = chunk.iter().flat_map(|&v| mesh.ring.row(v)).copied();
+                let is_new = |u: &u32| {
+                    let inside = &inside[*u as usize];
+                    !inside.load(Relaxed) && !inside.swap(true, Relaxed)
+                };
+                let unsure = chunk.iter().copied().filter(|&v| !mesh.complete[v as usize]);
+                (rows.filter(is_new).collect(), unsure.collect())
+            };
+            let (next, unsure): (Vec<Vec<u32>>, Vec<Vec<u32>>) =
+                list[from..].par_chunks(CHUNK).map(of_chunk).unzip();
+            unsure.into_iter().flatten().for_each(|v| _ = tile.certified(v, rings - ring, gaps));
+            let mut next = concat(&next);
+            next.par_sort_unstable();
             list.extend(next);
             ends.push(list.len());
         }
@@ -161,12 +166,27 @@ impl Rings {
         Rings { ends: vec![list.len()], list, around: 0 }
     }
 
-    /// The vertices in ascending order.
-    pub(super) fn sorted(&self) -> Vec<u32> {
-        let mut list = self.list.to_vec();
-        list.par_sort_unstable();
-        list
+    /// The vertices in ascending order; there are `vertices` in all.
+    pub(super) fn sorted(&self, vertices: usize) -> Vec<u32> {
+        union(vertices, &[&self.list])
     }
+}
+
+/// Vertices or faces handled by one parallel task.
+const CHUNK: usize = 4096;
+
+/// Which of `vertices` vertices are in one of `lists`.
+fn marks(vertices: usize, lists: &[&[u32]]) -> Vec<AtomicBool> {
+    let marks: Vec<AtomicBool> = (0..vertices).into_par_iter().map(|_| AtomicBool::new(false)).collect();
+    let all = lists.par_iter().flat_map(|list| list.par_iter());
+    all.for_each(|&v| marks[v as usize].store(true, Relaxed));
+    marks
+}
+
+/// The vertices that are in one of `lists`, ascending.
+fn union(vertices: usize, lists: &[&[u32]]) -> Vec<u32> {
+    let marks = marks(vertices, lists);
+    (0..vertices as u32).into_par_iter().filter(|&v| marks[v as usize].load(Relaxed)).collect()
 }
 
 /// A loaded tile with the region that was loaded for it.
@@ -257,8 +277,9 @@ pub fn vertex_demand(tile: &Loaded, cell: &Cell, reach: &Reach) -> (Demand, Hash
     if tile.region.is_everything() {
         return (Demand::everything(mesh.vertex_count(), reach), gaps);
     }
-    let owned: Vec<u32> = (0..mesh.vertex_count() as u32).filter(|&v| cell.owns(mesh.position(v))).collect();
-    let linked = Rings::grow(tile, owned.clone(), reach.link_steps, &mut gaps).sorted();
+    let n = mesh.vertex_count();
+    let owned: Vec<u32> = (0..n as u32).into_par_iter().filter(|&v| cell.owns(mesh.position(v))).collect();
+    let linked = Rings::grow(tile, owned.clone(), reach.link_steps, &mut gaps).sorted(n);
     let thinning = Thinning {
         rings_from_owned: reach.link_steps,
         radius: reach.thin_radius,
@@ -266,17 +287,16 @@ pub fn vertex_demand(tile: &Loaded, cell: &Cell, reach: &Reach) -> (Demand, Hash
     };
     let compared = balls(tile, cell, &linked, &thinning, &mut gaps);
     let thinned = Rings::grow(tile, compared, reach.average_rounds, &mut gaps);
-    let traced = Rings::grow(tile, linked.clone(), reach.trace_steps, &mut gaps).sorted();
+    let traced = Rings::grow(tile, linked.clone(), reach.trace_steps, &mut gaps).sorted(n);
     let smoothed = Rings::grow(tile, traced.clone(), reach.smoothing_rounds, &mut gaps);
     let walked = Rings::grow(tile, traced.clone(), reach.contrast_steps, &mut gaps);
-    let mut folded = [walked.all(), thinned.all()].concat();
-    folded.par_sort_unstable();
-    folded.dedup();
+    let folded = union(n, &[walked.all(), thinned.all()]);
     let folded = Rings::grow(tile, folded, reach.further_votes, &mut gaps);
     let voted = in_level_cubes(tile, folded.all(), reach, &mut gaps);
     let voted = Rings::grow(tile, voted, reach.revotes, &mut gaps);
     // The first tensors of the outermost ring need all faces around them.
-    voted.all().iter().for_each(|&v| _ = tile.certified(v, 1, &mut gaps));
+    let unsure: Vec<u32> = voted.all().par_iter().copied().filter(|&v| !mesh.complete[v as usize]).collect();
+    unsure.into_iter().for_each(|v| _ = tile.certified(v, 1, &mut gaps));
     let [owned, linked, traced] = [owned, linked, traced].map(Arc::new);
     (Demand { owned, linked, traced, smoothed, thinned, folded, voted }, gaps)
 }
@@ -303,16 +323,12 @@ pub(super) fn balls(
     // more than the radius is far above the rounding of a distance.
     let margin = DVec3::splat(1.01 * thinning.radius);
     let deep = |p: DVec3| thinning.rings_from_owned > 0 && cell.owns(p - margin) && cell.owns(p + margin);
-    let shallow: Vec<u32> = seeds.iter().copied().filter(|&v| !deep(tile.mesh.position(v))).collect();
+    let shallow: Vec<u32> = seeds.par_iter().copied().filter(|&v| !deep(tile.mesh.position(v))).collect();
     let found: Vec<(Vec<u32>, Vec<u32>)> =
         shallow.par_chunks(1024).map(|chunk| balls_of(tile.mesh, chunk, thinning.radius)).collect();
-    let mut inside = vec![false; tile.mesh.vertex_count()];
-    seeds.iter().for_each(|&v| inside[v as usize] = true);
-    for (looked_at, outside) in found {
-        looked_at.into_iter().for_each(|v| inside[v as usize] = true);
-        outside.into_iter().for_each(|u| _ = tile.certified(u, thinning.onward, gaps));
-    }
-    (0..inside.len() as u32).filter(|&v| inside[v as usize]).collect()
+    let (looked_at, outside): (Vec<Vec<u32>>, Vec<Vec<u32>>) = found.into_iter().unzip();
+    outside.into_iter().flatten().for_each(|u| _ = tile.certified(u, thinning.onward, gaps));
+    union(tile.mesh.vertex_count(), &[seeds, &looked_at.concat()])
 }
 
 /// The vertices looked at from `seeds`, and those among them whose surroundings were not loaded whole.
@@ -398,17 +414,14 @@ pub fn round_demand(
         tile,
         most: &most,
         limit: plan.scale.rounds(method::REFINE_ROUNDS) as u32,
-        needed: vec![0; mesh.face_count()],
-        seen: vec![false; mesh.face_count()],
+        settled: marks(mesh.vertex_count(), &[voted.all()]),
+        needed: Vec::new(),
+        seen: Vec::new(),
         queue: Vec::new(),
         gaps: HashSet::new(),
     };
-    let mut settled = vec![false; mesh.vertex_count()];
-    for &v in voted.all() {
-        settled[v as usize] = true;
-        mesh.faces_around.row(v).iter().for_each(|&f| asking.ask(f, u32::MAX));
-    }
-    asking.spread(&settled);
+    asking.begin();
+    asking.spread();
     (asking.needed, asking.gaps)
 }
 
@@ -419,6 +432,8 @@ struct Asking<'a> {
     most: &'a [Option<u32>],
     /// Most rounds of any face.
     limit: u32,
+    /// All faces around a settled vertex are asked for in their final state.
+    settled: Vec<AtomicBool>,
     needed: Vec<u32>,
     seen: Vec<bool>,
     /// Faces by the number of rounds they need, to be asked what they need in turn.
@@ -427,30 +442,55 @@ struct Asking<'a> {
 }
 
 impl Asking<'_> {
+    /// Asks for all faces around settled vertices.
+    fn begin(&mut self) {
+        let Asking { tile: Loaded { mesh, .. }, most, limit, .. } = *self;
+        let settled = |v: &u32| self.settled[*v as usize].load(Relaxed);
+        let seen: Vec<bool> = mesh.corners.par_iter().map(|corners| corners.iter().any(settled)).collect();
+        let rounds = |(seen, most): (&bool, &Option<u32>)| if *seen { most.unwrap_or(limit) } else { 0 };
+        let needed = seen.par_iter().zip(most).map(rounds).collect();
+        let faces = || (0..mesh.face_count() as u32).into_par_iter().filter(|&f| seen[f as usize]);
+        let unknown: Vec<u32> = faces().filter(|&f| most[f as usize].is_none()).collect();
+        // Around the others there is nobody who was not asked already.
+        let at_rim: Vec<u32> = faces().filter(|&f| !mesh.corners[f as usize].iter().all(settled)).collect();
+        (self.seen, self.needed) = (seen, needed);
+        unknown.into_iter().for_each(|f| self.note_unknown(f, limit));
+        at_rim.into_iter().for_each(|f| self.enqueue(f));
+    }
+
     /// Face `f` is needed as it is after `n` rounds, or after its last one.
     fn ask(&mut self, f: u32, n: u32) {
         let first = !std::mem::replace(&mut self.seen[f as usize], true);
         // A face whose noise is not known may need as many rounds as any: fewer loads than waiting until it is.
         let n = n.min(self.most[f as usize].unwrap_or(self.limit));
         if first && self.most[f as usize].is_none() {
-            let mesh = self.tile.mesh;
-            let [a, b, c] = mesh.corners[f as usize].map(|v| mesh.position(v));
-            let edge = ((a - b).length() + (b - c).length() + (c - a).length()) / 3.0;
-            let cube = self.tile.lattice.cube_of(mesh.barycentre(f));
-            self.tile.level_gaps(cube, n as usize, edge, &mut self.gaps);
+            self.note_unknown(f, n);
         }
         if n > self.needed[f as usize] {
             self.needed[f as usize] = n;
-            if self.queue.len() <= n as usize {
-                self.queue.resize(n as usize + 1, Vec::new());
-            }
-            self.queue[n as usize].push(f);
+            self.enqueue(f);
         }
     }
 
-    /// Asks the neighbours of each face for one round less, most rounds first. All faces around a `settled` vertex were
-    /// asked for in their final state already.
-    fn spread(&mut self, settled: &[bool]) {
+    /// The noise of face `f`, of which `n` rounds are needed, is not known: notes what is missing.
+    fn note_unknown(&mut self, f: u32, n: u32) {
+        let mesh = self.tile.mesh;
+        let [a, b, c] = mesh.corners[f as usize].map(|v| mesh.position(v));
+        let edge = ((a - b).length() + (b - c).length() + (c - a).length()) / 3.0;
+        let cube = self.tile.lattice.cube_of(mesh.barycentre(f));
+        self.tile.level_gaps(cube, n as usize, edge, &mut self.gaps);
+    }
+
+    fn enqueue(&mut self, f: u32) {
+        let n = self.needed[f as usize] as usize;
+        if self.queue.len() <= n {
+            self.queue.resize(n + 1, Vec::new());
+        }
+        self.queue[n].push(f);
+    }
+
+    /// Asks the neighbours of each face for one round less, most rounds first.
+    fn spread(&mut self) {
         let tile = self.tile;
         for n in (1..self.queue.len()).rev() {
             for f in std::mem::take(&mut self.queue[n]) {
@@ -458,9 +498,11 @@ impl Asking<'_> {
                     continue; // was asked for more rounds since, and dealt with then
                 }
                 let corners = tile.mesh.corners[f as usize];
-                // Around a hub nobody votes.
-                let asked = |v: &u32| !settled[*v as usize] && !tile.mesh.is_hub(*v);
-                for v in corners.into_iter().filter(asked) {
+                for v in corners {
+                    // Around a hub nobody votes.
+                    if self.settled[v as usize].load(Relaxed) || tile.mesh.is_hub(v) {
+                        continue;
+                    }
                     tile.certified(v, n, &mut self.gaps);
                     tile.mesh.faces_around.row(v).iter().for_each(|&g| self.ask(g, n as u32 - 1));
                 }

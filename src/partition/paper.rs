@@ -132,12 +132,13 @@ pub fn paper_demand(
     if tile.region.is_everything() {
         return (Demand::everything(mesh.vertex_count(), &super::Reach::new(&plan.scale, 0)), gaps);
     }
-    let owned: Vec<u32> = (0..mesh.vertex_count() as u32).filter(|&v| cell.owns(mesh.position(v))).collect();
+    let n = mesh.vertex_count();
+    let owned: Vec<u32> = (0..n as u32).into_par_iter().filter(|&v| cell.owns(mesh.position(v))).collect();
     let (linked, salient) = match pass {
         Pass::Omega => (Vec::new(), Vec::new()),
         Pass::Salience => (Vec::new(), owned.clone()),
         Pass::Links => {
-            let linked = Rings::grow(tile, owned.clone(), reach.link_steps, &mut gaps).sorted();
+            let linked = Rings::grow(tile, owned.clone(), reach.link_steps, &mut gaps).sorted(n);
             let thinning = Thinning {
                 rings_from_owned: reach.link_steps,
                 radius: reach.thin_radius,
@@ -149,7 +150,7 @@ pub fn paper_demand(
     };
     let traced = match pass {
         Pass::Omega => owned.clone(),
-        _ => Rings::grow(tile, salient.clone(), reach.trace_steps, &mut gaps).sorted(),
+        _ => Rings::grow(tile, salient.clone(), reach.trace_steps, &mut gaps).sorted(n),
     };
     for &v in &traced {
         tile.certified(v, 1, &mut gaps);

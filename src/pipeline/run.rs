@@ -294,7 +294,7 @@ impl<'a> Job<'a> {
         self.observer.event(Event::Started { stage: Stage::Stitch, total: stitcher.links() });
         point("stitching");
         let Stitched { lines, defects, work: stitch } =
-            self.timed(Stage::Stitch, &mut work, || Ok::<_, Error>(stitcher.finish()?))?;
+            self.timed(Stage::Stitch, &mut work, || Ok(self.pool.install(|| stitcher.finish())?))?;
         tracing::debug!(?stitch, "stitched");
         work.stitch = stitch;
         Ok(Detection { lines, scan: planned.scan, defects, work })

@@ -10,6 +10,7 @@ use crate::mesh::{TileId, TileMesh};
 use crate::partition::{Cell, Plan};
 use crate::stitch::Seam;
 use glam::DVec3;
+use rayon::prelude::*;
 
 /// Links end that many rings around owned vertices, and the rings around their ends are read; complete is what lies within
 /// a trace of where links end.
@@ -20,14 +21,16 @@ pub fn seams(tile: &Certified, plan: &Plan, named: &[u32]) -> Vec<Seam> {
     if tile.cell.is_everything() {
         return Vec::new();
     }
-    let mut neighbourhood = Neighbourhood::new(&tile.mesh);
-    let mut foreign: Vec<(u32, Vec<u32>)> = Vec::new();
-    for &v in named {
+    let foreign_around = |neighbourhood: &mut Neighbourhood, &v: &u32| {
         let around: Vec<u32> = neighbourhood.of(v).iter().copied().filter(|&u| !tile.owns(u)).collect();
-        if !around.is_empty() {
-            foreign.push((v, around));
-        }
-    }
+        (!around.is_empty()).then_some((v, around))
+    };
+    let foreign: Vec<(u32, Vec<u32>)> = named
+        .par_iter()
+        .with_min_len(NEIGHBOURHOODS.max(named.len().div_ceil(TASKS)))
+        .map_init(|| Neighbourhood::new(&tile.mesh), foreign_around)
+        .flatten()
+        .collect();
     let owners =
         Owners::new(plan, foreign.iter().flat_map(|(_, around)| around).map(|&u| tile.mesh.position(u)));
     let seam = |(v, around): (u32, Vec<u32>)| {
@@ -38,6 +41,11 @@ pub fn seams(tile: &Certified, plan: &Plan, named: &[u32]) -> Vec<Seam> {
     };
     foreign.into_iter().map(seam).collect()
 }
+
+/// Vertices that one parallel task looks around.
+const NEIGHBOURHOODS: usize = 4096;
+/// Tasks at most, however many threads there are: each has 4 bytes for each vertex of the tile.
+const TASKS: usize = 8;
 
 /// A few rings around one vertex after the other.
 struct Neighbourhood<'a> {

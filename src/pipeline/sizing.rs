@@ -80,14 +80,22 @@ pub fn cut(plan: &mut Plan, scan: &mut Scan, tiling: Tiling, memory: u64, margin
     for (tiles, slowdown) in SLOWDOWN.into_iter().enumerate().rev() {
         let in_flight = tiles as u64 + 1;
         let most = faces_in(memory / in_flight);
+        let memory_is_short = std::cell::Cell::new(false);
         plan.cut(scan, &|plan, cell| {
-            cell.faces <= target
-                && (expected_faces(plan, cell, margin) <= most || longest_side(plan, cell) <= least)
+            let is_small = cell.faces <= target;
+            let fits =
+                is_small && (expected_faces(plan, cell, margin) <= most || longest_side(plan, cell) <= least);
+            memory_is_short.set(memory_is_short.get() || (is_small && !fits));
+            fits
         });
         let found = sizes(plan, margin, in_flight);
         let time = slowdown * found.loaded as f64;
         if best.as_ref().is_none_or(|(least, ..)| time < *least) {
             best = Some((time, std::mem::take(&mut plan.cells), found));
+        }
+        if !memory_is_short.get() {
+            // Fewer tiles at a time would be the same tiles.
+            break;
         }
     }
     // There is a best of three.

@@ -8,12 +8,13 @@
 use super::merge::Merge;
 use super::run::{KeptRun, write_record};
 use super::{ScratchPlace, SpillError, SpillFile, SpillWriter};
+use rayon::prelude::*;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::cmp::Ordering;
 
 /// A record that can be written, and the order it is sorted in. Records that compare equal must be equal.
-pub trait Record: Clone + Serialize + DeserializeOwned {
+pub trait Record: Clone + Send + Serialize + DeserializeOwned {
     /// The order.
     fn order(&self, other: &Self) -> Ordering;
 
@@ -91,7 +92,7 @@ impl<R: Record> Sorter<R> {
     /// # Errors
     /// If runs cannot be merged.
     pub fn finish(mut self) -> Result<Sorted<R>, SpillError> {
-        self.pending.sort_unstable_by(R::order);
+        sort(&mut self.pending);
         self.pending.shrink_to_fit();
         while self.runs.len() > FAN_IN {
             self.merge_last(FAN_IN)?;
@@ -111,7 +112,7 @@ impl<R: Record> Sorter<R> {
     }
 
     fn write_run(&mut self) -> Result<(), SpillError> {
-        self.pending.sort_unstable_by(R::order);
+        sort(&mut self.pending);
         let mut run = self.writer()?;
         let mut bytes = Vec::new();
         self.pending.iter().try_for_each(|record| write_record(&mut run, record, &mut bytes))?;
@@ -147,6 +148,14 @@ impl<R: Record> Sorter<R> {
 
     fn writer(&self) -> Result<SpillWriter, SpillError> {
         Ok(SpillWriter::create(&self.scratch.dir()?, self.name, self.block))
+    }
+}
+
+/// Sorts with the threads of the pool that this is one of; outside of all pools, alone.
+fn sort<R: Record>(records: &mut [R]) {
+    match rayon::current_thread_index() {
+        Some(_) => records.par_sort_unstable_by(R::order),
+        None => records.sort_unstable_by(R::order),
     }
 }
 
