@@ -197,9 +197,9 @@ impl Default for Limits {
 }
 
 /// Faces of a tile where memory allows any number. Smaller tiles spend more on their halos: an ordinary scan needs about
-/// 60 edges on every side, a sixth more faces at this size and half as many again at a tenth of it. Larger ones leave less
-/// to do side by side, touch more memory, and lose more when a run is interrupted.
-pub const DEFAULT_TILE_FACES: u64 = 4_000_000;
+/// 120 edges on every side that is not the border of the mesh, a seventh more faces at this size, and half as many again
+/// at a tenth of it. Larger ones lose more when a run is interrupted.
+pub const DEFAULT_TILE_FACES: u64 = 16_000_000;
 
 /// [`Limits::memory`] where nobody counts.
 pub const NO_LIMIT: u64 = u64::MAX;

@@ -24,7 +24,7 @@ pub struct Certified {
     pub cell: Cell,
     /// Where each step has to be computed.
     pub demand: Demand,
-    /// Normals and areas.
+    /// Normals, until they have been refined, and areas.
     pub faces: FaceGeometry,
     /// Noise level of each face, where it is known.
     pub noise: Vec<Option<f64>>,

@@ -48,9 +48,10 @@ pub struct Asked {
     pub shortcuts: bool,
 }
 
-/// Steps A to D, and F as far as it is local. The paper method needs the `extremes` of the whole mesh.
+/// Steps A to D, and F as far as it is local. The paper method needs the `extremes` of the whole mesh. What of the tile is
+/// used up on the way is given up.
 pub fn compute(
-    tile: &Certified,
+    tile: &mut Certified,
     plan: &Plan,
     params: &Params,
     extremes: &Extremes,
@@ -62,6 +63,7 @@ pub fn compute(
             PaperMethod { plan, sigma: params.sigma, thresholds }.find(tile, extremes)
         }
     };
+    let tile = &*tile;
     let links = finding.links(tile, plan);
     let (open_edges, defects) = census(tile);
     let open_edges = if params.boundaries { open_edges } else { Vec::new() };
@@ -127,9 +129,11 @@ struct Tensors {
 }
 
 /// Steps A and B: refined normals, tensors, fold angles.
-fn vote(tile: &Certified, plan: &Plan) -> Tensors {
+fn vote(tile: &mut Certified, plan: &Plan) -> Tensors {
+    let normals = refine(&tile.mesh, &tile.faces, &plan.scale, &tile.noise, &tile.needed);
+    // Nobody asks for these again, and what comes now takes most memory.
+    (tile.faces.normals, tile.noise, tile.needed) = Default::default();
     let Certified { mesh, faces, demand, vertex_rounds, .. } = tile;
-    let normals = refine(mesh, faces, &plan.scale, &tile.noise, &tile.needed);
     let tokens = first_votes(mesh, faces, &normals, &plan.scale, &demand.voted);
     let again = vote_again(mesh, &tokens, &plan.scale, &demand.voted);
     let mut votes = votes(mesh, &tokens, &again, &demand.voted);
@@ -141,9 +145,9 @@ fn vote(tile: &Certified, plan: &Plan) -> Tensors {
 }
 
 /// Contrast, stops, support and R.
-fn find(tile: &Certified, plan: &Plan, params: &Params, shortcuts: bool) -> Finding {
-    let Certified { mesh, demand, vertex_rounds, .. } = tile;
+fn find(tile: &mut Certified, plan: &Plan, params: &Params, shortcuts: bool) -> Finding {
     let Tensors { refined, votes, surroundings } = vote(tile, plan);
+    let Certified { mesh, demand, vertex_rounds, .. } = tile;
     let positions = smooth(mesh, &plan.scale, vertex_rounds, &demand.smoothed);
     let stops = stops(mesh, &votes, &demand.traced);
     let traced = match shortcuts {

@@ -6,10 +6,12 @@
 
 use super::admit::{Admission, Admitted, Next};
 use super::budget::{Budget, Permit};
+use super::certify::Certified;
 use super::events::{Event, Stage};
 use super::ledger::Ledger;
 use super::planned::Planned;
 use super::run::Job;
+use super::sizing::tiles_at_a_time;
 use super::stop::{Stoppable, go_on};
 use super::waits::{Clocks, Waits};
 use crate::error::Error;
@@ -56,7 +58,7 @@ impl Job<'_> {
         (source, planned, ledger): (&dyn MeshSource, &Planned, &mut Ledger),
         stage: Stage,
         pass: Pass,
-        compute: impl Fn(&Admitted) -> T + Sync,
+        compute: impl Fn(&mut Certified) -> T + Sync,
         mut take: impl FnMut(Taken<T>) -> Result<(), Error>,
     ) -> Result<Passed, Error> {
         ledger.replay(pass, |result, cell, last| {
@@ -72,7 +74,7 @@ impl Job<'_> {
         let source = Stoppable { source, stop: self.stop };
         let plan = &planned.plan;
         let halo = self.halo(&plan.scale, pass);
-        let budget = Budget::new(planned.tile_memory);
+        let budget = Budget::new(planned.tile_memory, tiles_at_a_time(self.pool.current_num_threads()));
         let pieces: Vec<AtomicU32> = plan.cells.iter().map(|_| AtomicU32::new(1)).collect();
         let clocks = Clocks::default();
         let memory = (&budget, &clocks.memory);
@@ -141,17 +143,17 @@ impl Job<'_> {
 
     fn work_on_tiles<'b, T: Send>(
         &self,
-        compute: &(impl Fn(&Admitted) -> T + Sync),
+        compute: &(impl Fn(&mut Certified) -> T + Sync),
         from_loader: Receiver<Box<Admitted<'b>>>,
         to_committer: Sender<Outcome<'b, T>>,
         clocks: &Clocks,
     ) {
         for admitted in clocks.tiles(&from_loader) {
-            let result = guarded(admitted.id, || {
+            let Admitted { id, mut tile, permit } = *admitted;
+            let result = guarded(id, || {
                 go_on(self.stop)?;
-                Ok(self.pool.install(|| compute(&admitted)))
+                Ok(self.pool.install(|| compute(&mut tile)))
             });
-            let Admitted { id, tile, permit } = *admitted;
             let regrown = tile.regrown;
             drop(tile);
             let done = result.map(|result| Done { id, result, regrown, _permit: permit });

@@ -3,7 +3,7 @@
 //! All heavy work runs on one thread pool, which is what `--threads` sizes; the stage threads mostly wait ([`super::pass`]).
 //! With a workspace, what is done is kept, and a run that stopped is gone on with ([`super::prepare`]).
 
-use super::admit::Admitted;
+use super::certify::Certified;
 use super::certify::Halo;
 use super::compute::{Asked, TileResult, compute};
 use super::events::{Event, Observer, Stage};
@@ -337,14 +337,14 @@ impl<'a> Job<'a> {
         let stage = Stage::Survey;
         let method = PaperMethod { plan: &planned.plan, sigma: self.params.sigma, thresholds };
         let mut omega = OmegaRange::default();
-        let range = |tile: &Admitted| method.omega_range(&tile.tile);
+        let range = |tile: &mut Certified| method.omega_range(tile);
         let mesh = (source, planned, &mut *ledger);
         work.add_pass(self.over_tiles(mesh, stage, Pass::Omega, range, |taken: Taken<OmegaRange>| {
             omega = omega.join(taken.result);
             Ok(())
         })?);
         let mut salience = 0.0f64;
-        let largest = |tile: &Admitted| method.largest_salience(&tile.tile, omega);
+        let largest = |tile: &mut Certified| method.largest_salience(tile, omega);
         let mesh = (source, planned, ledger);
         work.add_pass(self.over_tiles(mesh, stage, Pass::Salience, largest, |taken: Taken<f64>| {
             salience = salience.max(taken.result);
@@ -368,7 +368,7 @@ impl<'a> Job<'a> {
         self.take_groups(&mut stitcher)?;
         let covered = self.covered();
         let asked = Asked { fields: with_fields, shortcuts: self.limits.shortcuts };
-        let compute = |tile: &Admitted| compute(&tile.tile, plan, &self.params, extremes, asked);
+        let compute = |tile: &mut Certified| compute(tile, plan, &self.params, extremes, asked);
         let pass =
             self.over_tiles(mesh, Stage::Tiles, Pass::Links, compute, |taken: Taken<TileResult>| {
                 let Taken { result: tile, whole, kept, cell } = taken;

@@ -15,12 +15,19 @@ const FACE_BYTES: u64 = 350;
 /// What a tile needs however small it is: buffers of blocks for each thread.
 const TILE_BYTES: u64 = 1 << 20;
 /// Tiles that may exist at a time: one is loaded, two are worked on.
-const IN_FLIGHT: usize = 3;
-/// How much longer the same faces take with so few tiles at a time (1, 2, 3): nothing is done while the only tile is read,
-/// and only one core is busy in the parts of a tile that are not parallel.
-const SLOWDOWN: [f64; IN_FLIGHT] = [1.3, 1.05, 1.0];
+const IN_FLIGHT: u64 = 3;
+/// Share of the work on a tile that only one thread does. Measured: 0.06 to 0.07, with halos.
+const SERIAL: f64 = 0.07;
+/// How much longer it takes if nothing is done while the only tile is read.
+const READING: f64 = 0.05;
 /// A cell is not made smaller than this share of its halo, on the longest side: what is loaded would hardly become less.
 const LEAST_OF_HALO: f64 = 0.25;
+
+/// Tiles that may exist at a time where so many threads work on them. With two threads, a third tile would not make them
+/// faster; and with a single one, the next tile is read while this one is worked on.
+pub fn tiles_at_a_time(threads: usize) -> u64 {
+    IN_FLIGHT.min(threads as u64).max(2)
+}
 
 /// Bytes for a tile of so many loaded faces.
 pub fn tile_bytes(faces: u64) -> u64 {
@@ -35,6 +42,13 @@ pub fn faces_in(bytes: u64) -> u64 {
 /// About how many faces the tile of `cell` loads, with `margin` cubes around it.
 pub fn expected_faces(plan: &Plan, cell: &Cell, margin: i64) -> u64 {
     plan.faces_near(plan.first_region(cell, margin).main())
+}
+
+/// How much longer the same faces take on so many threads because no more tiles than `in_flight` exist at a time: serial
+/// parts of one tile go with parallel parts of others, if there are others.
+fn slowdown(in_flight: u64, threads: usize) -> f64 {
+    let waiting = SERIAL * (threads as f64 / in_flight as f64 - 1.0).max(0.0);
+    1.0 + waiting + if in_flight == 1 { READING } else { 0.0 }
 }
 
 /// What was decided about the tiles, besides the cells themselves.
@@ -77,8 +91,8 @@ pub fn cut(plan: &mut Plan, scan: &mut Scan, tiling: Tiling, memory: u64, margin
     let target = target(tiling);
     let least = LEAST_OF_HALO * margin as f64 * plan.lattice.edge;
     let mut best: Option<(f64, Vec<Cell>, Sizes)> = None;
-    for (tiles, slowdown) in SLOWDOWN.into_iter().enumerate().rev() {
-        let in_flight = tiles as u64 + 1;
+    let threads = rayon::current_num_threads();
+    for in_flight in (1..=tiles_at_a_time(threads)).rev() {
         let most = faces_in(memory / in_flight);
         let memory_is_short = std::cell::Cell::new(false);
         plan.cut(scan, &|plan, cell| {
@@ -89,7 +103,7 @@ pub fn cut(plan: &mut Plan, scan: &mut Scan, tiling: Tiling, memory: u64, margin
             fits
         });
         let found = sizes(plan, margin, in_flight);
-        let time = slowdown * found.loaded as f64;
+        let time = slowdown(in_flight, threads) * found.loaded as f64;
         if best.as_ref().is_none_or(|(least, ..)| time < *least) {
             best = Some((time, std::mem::take(&mut plan.cells), found));
         }
@@ -98,7 +112,7 @@ pub fn cut(plan: &mut Plan, scan: &mut Scan, tiling: Tiling, memory: u64, margin
             break;
         }
     }
-    // There is a best of three.
+    // There is a best of them.
     let Some((_, cells, found)) = best else { return sizes(plan, margin, 1) };
     plan.cells = cells;
     found

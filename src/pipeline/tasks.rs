@@ -11,7 +11,7 @@
 //! in it, and in the end what [`Job::run_stored`] makes of them. Each task goes through the same steps as a run that goes on, so
 //! there is no second way to do anything; what differs is that no task reads the whole mesh.
 
-use super::admit::Admitted;
+use super::certify::Certified;
 use super::compute::{Asked, TileResult, compute};
 use super::events::Stage;
 use super::outlook::{Laid, outlooks};
@@ -82,7 +82,7 @@ impl Job<'_> {
         let started = self.started(Stage::Tiles, 0, total);
         let (plan, extremes) = (&planned.plan, Extremes::default());
         let asked = Asked { fields, shortcuts: self.limits.shortcuts };
-        let compute = |tile: &Admitted| compute(&tile.tile, plan, &self.params, &extremes, asked);
+        let compute = |tile: &mut Certified| compute(tile, plan, &self.params, &extremes, asked);
         // Of a cell that is cut, pieces come in one by one, and others in between.
         let mut faces: BTreeMap<TileId, (u64, u64)> = BTreeMap::new();
         let mesh = (mesh.source(), &planned, &mut ledger);
