@@ -172,7 +172,8 @@ impl Whole {
         differs("first tensor", demand.voted.all(), &first)
             .or_else(|| differs("wide tensor", voted, &|v, w| steps.again.get(v) == ours.again.get(w)))
             .or_else(|| differs("narrow vote", voted, &|v, w| steps.narrow.get(v) == ours.narrow.get(w)))
-            .or_else(|| differs("K", &demand.noisy(), &rounds))
+            .or_else(|| differs("K", demand.folded.all(), &rounds))
+            .or_else(|| differs("K", demand.smoothed.all(), &rounds))
             .or_else(|| {
                 let same = |v, w| steps.surroundings.get(v) == ours.surroundings.get(w);
                 differs("surroundings", demand.folded.all(), &same)
@@ -200,7 +201,7 @@ impl Whole {
 /// Links by global ids, with the bits of their weights.
 fn links(tile: &Tile, steps: &Steps) -> BTreeSet<(Vec<VertexId>, u64)> {
     let named =
-        |link: &Link| (link.vertices.iter().map(|&v| tile.mesh.id(v)).collect(), link.weight.to_bits());
+        |link: &Link| (link.vertices().iter().map(|&v| tile.mesh.id(v)).collect(), link.weight.to_bits());
     steps.links.iter().map(named).collect()
 }
 

@@ -168,7 +168,8 @@ impl Used {
             ids().min().zip(ids().max()).map_or((vertices, 0), |(low, high)| (low.0, high.0))
         };
         let wider = |a: (u64, u64), b: (u64, u64)| (a.0.min(b.0), a.1.max(b.1));
-        let (first, last) = chosen.par_iter().map(span).reduce(|| (vertices, 0), wider);
+        let spans: Vec<(u64, u64)> = chosen.par_iter().map(span).collect();
+        let (first, last) = spans.into_iter().fold((vertices, 0), wider);
         let count = if first > last { 0 } else { (last - first) / 64 + 1 };
         let words: Vec<AtomicU64> = (0..count as usize).into_par_iter().map(|_| AtomicU64::new(0)).collect();
         chosen.par_iter().for_each(|c| {

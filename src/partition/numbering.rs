@@ -10,6 +10,8 @@ use super::scan::Bounds;
 use crate::mesh::{FaceId, VertexId};
 use glam::DVec3;
 use rayon::prelude::*;
+use std::sync::atomic::AtomicU32;
+use std::sync::atomic::Ordering::Relaxed;
 
 /// How numbers are given.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -41,23 +43,37 @@ impl Numbering {
     /// Gives numbers to a tile of a mesh with these `bounds`.
     pub(super) fn apply(self, tile: Numbered, bounds: &Bounds) -> Numbered {
         match self {
-            Numbering::WhereItPays if !is_coherent(&tile.corners) => along_curve(tile, bounds),
+            Numbering::WhereItPays if !is_coherent(tile.positions.len(), &tile.corners) => {
+                along_curve(tile, bounds)
+            }
             _ => tile,
         }
     }
 }
 
-/// Whether most corners of faces are near the other corners, and most faces near those before and after them.
-fn is_coherent(corners: &[[u32; 3]]) -> bool {
+/// Whether most corners of faces are near the other corners, and most faces around a vertex near the first of them.
+fn is_coherent(vertices: usize, corners: &[[u32; 3]]) -> bool {
     if corners.len() <= FEW {
         return true;
     }
-    let far = |a: u32, b: u32| usize::from(a.abs_diff(b) > NEAR);
-    let of_pair = |pair: &[[u32; 3]]| {
-        let [first, second, third] = pair[0];
-        far(first, second) + far(first, third) + far(first, pair[1][0])
-    };
-    RARE * corners.par_windows(2).map(of_pair).sum::<usize>() <= 3 * corners.len()
+    let first: Vec<AtomicU32> = (0..vertices).into_par_iter().map(|_| AtomicU32::new(u32::MAX)).collect();
+    let faces = || corners.par_iter().zip(0..corners.len() as u32);
+    faces().for_each(|(face, f)| {
+        for first in face.map(|v| &first[v as usize]) {
+            // Where there is some order, it was one of the last faces, and nothing has to be written.
+            if first.load(Relaxed) > f {
+                first.fetch_min(f, Relaxed);
+            }
+        }
+    });
+    let far = (0..3).map(|corner| {
+        let is_far = |(face, f): &(&[u32; 3], u32)| {
+            let v = face[corner];
+            f - first[v as usize].load(Relaxed) > NEAR || v.abs_diff(face[0]) > NEAR
+        };
+        faces().filter(is_far).count()
+    });
+    RARE * far.sum::<usize>() <= 3 * corners.len()
 }
 
 /// Vertices along a curve, faces by the first of their corners on it.

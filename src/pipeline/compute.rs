@@ -17,11 +17,12 @@ use crate::refine::{
 };
 use crate::stitch::{Candidate, Class, Fragments, LinkPath, OpenEdge, Rules, TileShare, VertexFields, close};
 use crate::voting::{
-    Stop, Surroundings, Vote, first_votes, refine, stops, surroundings, vote_again, votes, widen,
+    Noisy, Stop, Surroundings, Vote, first_votes, refine, stops, surroundings, vote_again, votes, widen,
 };
 use glam::DVec3;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+use std::mem::take;
 
 /// Vertices handled by one parallel task.
 const CHUNK: usize = 4096;
@@ -130,9 +131,12 @@ struct Tensors {
 
 /// Steps A and B: refined normals, tensors, fold angles.
 fn vote(tile: &mut Certified, plan: &Plan) -> Tensors {
-    let normals = refine(&tile.mesh, &tile.faces, &plan.scale, &tile.noise, &tile.needed);
-    // Nobody asks for these again, and what comes now takes most memory.
-    (tile.faces.normals, tile.noise, tile.needed) = Default::default();
+    let noisy = Noisy {
+        normals: take(&mut tile.faces.normals),
+        s0: take(&mut tile.noise),
+        needed: take(&mut tile.needed),
+    };
+    let normals = refine(&tile.mesh, &tile.faces, &plan.scale, noisy);
     let Certified { mesh, faces, demand, vertex_rounds, .. } = tile;
     let tokens = first_votes(mesh, faces, &normals, &plan.scale, &demand.voted);
     let again = vote_again(mesh, &tokens, &plan.scale, &demand.voted);

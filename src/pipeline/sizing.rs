@@ -9,9 +9,10 @@
 use crate::config::{DEFAULT_TILE_FACES, Tiling};
 use crate::partition::{Cell, MOST_FACES, Plan, Scan};
 
-/// Bytes allocated for each loaded face when a tile needs most: when tensors become votes, both exist. Measured: 285 to 305
-/// on scans and slivers, 315 to 345 if the fields of all vertices are asked for.
-const FACE_BYTES: u64 = 350;
+/// Bytes for each loaded face when a tile needs most: while normals are refined, or if the fields of all vertices are asked
+/// for. Measured: 240 to 250 allocated on cities and scans, 280 with fields; a sixth more for pieces that were given back to
+/// the allocator and are still resident.
+const FACE_BYTES: u64 = 320;
 /// What a tile needs however small it is: buffers of blocks for each thread.
 const TILE_BYTES: u64 = 1 << 20;
 /// Tiles that may exist at a time: one is loaded, two are worked on.

@@ -3,7 +3,7 @@
 //! In: a [`Part`] that is made of whole components. Out: the same in parts that are made of whole components too. Which of them come together does not matter to anyone (`component.rs`), and depends on the part alone.
 
 use super::component::Part;
-use crate::mesh::VertexId;
+use super::places::{Places, Sets};
 use rayon::prelude::*;
 
 /// Vertices of a group: enough to be worth a task.
@@ -17,30 +17,19 @@ pub(super) fn apart(mut whole: Part) -> Vec<Part> {
     whole.vertices.par_sort_unstable_by_key(|v| v.id);
     whole.vertices.dedup_by_key(|v| v.id);
     let Part { vertices, links, open_edges } = &whole;
-    let ids: Vec<VertexId> = vertices.par_iter().map(|v| v.id).collect();
-    let place = |id: &VertexId| ids.partition_point(|other| other < id) as u32;
-    let of_links: Vec<[u32; 4]> = links
-        .par_iter()
-        .map(|link| {
-            let first = place(&link.ids()[0]);
-            let mut places = [first; 4];
-            places.iter_mut().zip(link.ids()).skip(1).for_each(|(slot, id)| *slot = place(id));
-            places
-        })
-        .collect();
-    let of_edges: Vec<[u32; 2]> = open_edges.par_iter().map(|edge| edge.ends.map(|id| place(&id))).collect();
-    let mut roots = Roots::new(ids.len());
-    of_links.iter().for_each(|places| roots.join(places));
-    of_edges.iter().for_each(|places| roots.join(places));
-    let groups = roots.groups();
+    let places = Places::new(&whole);
+    let mut sets = Sets::new(vertices.len());
+    places.links.iter().for_each(|link| sets.join(link));
+    places.open_edges.iter().for_each(|edge| sets.join(edge));
+    let groups = groups(sets.roots());
     let count = groups.iter().copied().max().map_or(0, |last| last as usize + 1);
     if count == 1 {
         return vec![whole];
     }
     let of = |v: u32| groups[v as usize] as usize;
-    let vertices_of = sorted(count, (0..ids.len() as u32).map(of));
-    let links_of = sorted(count, of_links.iter().map(|places| of(places[0])));
-    let edges_of = sorted(count, of_edges.iter().map(|places| of(places[0])));
+    let vertices_of = sorted(count, (0..vertices.len() as u32).map(of));
+    let links_of = sorted(count, places.links.iter().map(|link| of(link[0])));
+    let edges_of = sorted(count, places.open_edges.iter().map(|edge| of(edge[0])));
     let group = |g: usize| Part {
         vertices: vertices_of[g].iter().map(|&i| vertices[i as usize]).collect(),
         links: links_of[g].iter().map(|&i| links[i as usize]).collect(),
@@ -56,55 +45,25 @@ fn sorted(count: usize, groups: impl Iterator<Item = usize>) -> Vec<Vec<u32>> {
     items
 }
 
-/// Union-find: the lowest vertex of a component is its root.
-struct Roots {
-    roots: Vec<u32>,
-}
-
-impl Roots {
-    fn new(vertices: usize) -> Roots {
-        Roots { roots: (0..vertices as u32).collect() }
-    }
-
-    fn find(&mut self, mut v: u32) -> u32 {
-        while self.roots[v as usize] != v {
-            let next = self.roots[self.roots[v as usize] as usize];
-            self.roots[v as usize] = next;
-            v = next;
+/// The number of a group for each vertex, from its root: what has the same root is in the same group.
+fn groups(mut roots: Vec<u32>) -> Vec<u32> {
+    let mut sizes = vec![0usize; roots.len()];
+    roots.iter().for_each(|&root| sizes[root as usize] += 1);
+    let (mut group, mut filled) = (0, 0);
+    for v in 0..roots.len() {
+        let root = roots[v] as usize;
+        if root < v {
+            // It was met before, and is a number already.
+            roots[v] = roots[root];
+            continue;
         }
-        v
-    }
-
-    fn join(&mut self, places: &[u32]) {
-        for pair in places.windows(2) {
-            let (a, b) = (self.find(pair[0]), self.find(pair[1]));
-            self.roots[a.max(b) as usize] = a.min(b);
+        if filled >= GROUP {
+            (group, filled) = (group + 1, 0);
         }
+        filled += sizes[v];
+        roots[v] = group;
     }
-
-    /// The number of a group for each vertex, so that components stay together.
-    fn groups(mut self) -> Vec<u32> {
-        let mut sizes = vec![0usize; self.roots.len()];
-        for v in 0..self.roots.len() {
-            // Roots are lower than what they are roots of: theirs are final already.
-            self.roots[v] = self.roots[self.roots[v] as usize];
-            sizes[self.roots[v] as usize] += 1;
-        }
-        let (mut group, mut filled) = (0, 0);
-        for v in 0..self.roots.len() {
-            let root = self.roots[v] as usize;
-            if root < v {
-                self.roots[v] = self.roots[root];
-                continue;
-            }
-            if filled >= GROUP {
-                (group, filled) = (group + 1, 0);
-            }
-            filled += sizes[v];
-            self.roots[v] = group;
-        }
-        self.roots
-    }
+    roots
 }
 
 #[cfg(test)]

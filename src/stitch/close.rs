@@ -22,7 +22,7 @@
 use super::apart::apart;
 use super::component::{Draft, Finished, Part, Rules};
 use super::fragments::{Candidate, Defects, Fragments, Kind, Seam};
-use crate::mesh::VertexId;
+use super::places::{Places, Sets};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -75,26 +75,31 @@ pub fn close(fragments: Fragments, rules: &Rules, fit: FitAll) -> TileShare {
 /// Closed components all together, open ones one by one.
 fn split(whole: &Part, seams: &[Seam]) -> (Part, Vec<OpenPart>) {
     let (mut closed, mut all_open) = (Part::default(), Vec::new());
+    let places = Places::new(whole);
+    let edges_of = |kind: Kind| {
+        let edges = whole.open_edges.iter().zip(&places.open_edges);
+        edges.filter(move |(edge, _)| edge.kind() == kind)
+    };
     for kind in Kind::ALL {
-        let components = Components::new(whole, kind, seams);
+        let links = if kind == Kind::Crease { &whole.links[..] } else { &[] };
+        let mut components = Components::new(places.count());
+        places.links[..links.len()].iter().for_each(|link| components.join(link));
+        edges_of(kind).for_each(|(_, ends)| components.join(ends));
+        let components = components.opened_at(seams.iter().map(|seam| places.of(seam.vertex)));
         let mut open: Vec<OpenPart> = (0..components.open)
             .map(|_| OpenPart { kind, part: Part::default(), seams: Vec::new() })
             .collect();
-        for (v, vertex) in whole.vertices.iter().enumerate().filter(|(v, _)| components.named[*v]) {
+        for (v, vertex) in (0..).zip(&whole.vertices).filter(|(v, _)| components.named[*v as usize]) {
             components.part(v, &mut open, &mut closed).vertices.push(*vertex);
         }
-        if kind == Kind::Crease {
-            for link in &whole.links {
-                let v = components.place(link.ids()[0]);
-                components.part(v, &mut open, &mut closed).links.push(*link);
-            }
+        for (link, at) in links.iter().zip(&places.links) {
+            components.part(at[0], &mut open, &mut closed).links.push(*link);
         }
-        for edge in whole.open_edges.iter().filter(|e| e.kind() == kind) {
-            let v = components.place(edge.ends[0]);
-            components.part(v, &mut open, &mut closed).open_edges.push(*edge);
+        for (edge, at) in edges_of(kind) {
+            components.part(at[0], &mut open, &mut closed).open_edges.push(*edge);
         }
         for seam in seams {
-            if let Some(component) = components.of(components.place(seam.vertex)) {
+            if let Some(component) = components.of(places.of(seam.vertex)) {
                 open[component as usize].seams.push(seam.clone());
             }
         }
@@ -103,12 +108,16 @@ fn split(whole: &Part, seams: &[Seam]) -> (Part, Vec<OpenPart>) {
     (closed, all_open)
 }
 
-/// The components of one kind over the vertices of a tile.
-struct Components<'a> {
-    vertices: &'a [Candidate],
-    /// Union-find: the lowest vertex of a component is its root.
-    root: Vec<u32>,
+/// The components of one kind over the vertices of a tile, while they grow.
+struct Components {
+    sets: Sets,
     /// Whether an edge of this kind names the vertex.
+    named: Vec<bool>,
+}
+
+/// The same when they have grown.
+struct Grown {
+    roots: Vec<u32>,
     named: Vec<bool>,
     /// Number of the open component of each root, [`CLOSED`] if it is none.
     number: Vec<u32>,
@@ -119,67 +128,40 @@ struct Components<'a> {
 /// Number of the components that are not open.
 const CLOSED: u32 = u32::MAX;
 
-impl<'a> Components<'a> {
-    fn new(part: &'a Part, kind: Kind, seams: &[Seam]) -> Components<'a> {
-        let n = part.vertices.len();
-        let mut all = Components {
-            vertices: &part.vertices,
-            root: (0..n as u32).collect(),
-            named: vec![false; n],
-            number: vec![CLOSED; n],
-            open: 0,
-        };
-        match kind {
-            Kind::Crease => part.links.iter().for_each(|link| all.join(link.ids())),
-            _ => part.open_edges.iter().filter(|e| e.kind() == kind).for_each(|e| all.join(&e.ends)),
-        }
-        for v in 0..n {
-            // Roots are lower than what they are roots of: theirs are final already.
-            all.root[v] = all.root[all.root[v] as usize];
-        }
-        for seam in seams {
-            let v = all.place(seam.vertex);
-            let root = all.root[v] as usize;
-            if all.named[v] && all.number[root] == CLOSED {
-                all.number[root] = all.open;
-                all.open += 1;
+impl Components {
+    fn new(vertices: usize) -> Components {
+        Components { sets: Sets::new(vertices), named: vec![false; vertices] }
+    }
+
+    fn join(&mut self, vertices: &[u32]) {
+        self.sets.join(vertices);
+        vertices.iter().for_each(|&v| self.named[v as usize] = true);
+    }
+
+    /// Those with one of `seams` are open.
+    fn opened_at(self, seams: impl Iterator<Item = u32>) -> Grown {
+        let Components { sets, named } = self;
+        let mut grown = Grown { roots: sets.roots(), number: vec![CLOSED; named.len()], named, open: 0 };
+        for v in seams {
+            let root = grown.roots[v as usize] as usize;
+            if grown.named[v as usize] && grown.number[root] == CLOSED {
+                grown.number[root] = grown.open;
+                grown.open += 1;
             }
         }
-        all
+        grown
     }
+}
 
-    /// Index of a vertex.
-    fn place(&self, id: VertexId) -> usize {
-        self.vertices.partition_point(|v| v.id < id)
-    }
-
-    fn join(&mut self, ids: &[VertexId]) {
-        let first = self.place(ids[0]);
-        for &id in ids {
-            let v = self.place(id);
-            self.named[v] = true;
-            let (a, b) = (self.find(first as u32), self.find(v as u32));
-            self.root[a.max(b) as usize] = a.min(b);
-        }
-    }
-
-    fn find(&mut self, mut v: u32) -> u32 {
-        while self.root[v as usize] != v {
-            let next = self.root[self.root[v as usize] as usize];
-            self.root[v as usize] = next;
-            v = next;
-        }
-        v
-    }
-
+impl Grown {
     /// The open component that `vertex` is in, as far as this kind of edge names it.
-    fn of(&self, vertex: usize) -> Option<u32> {
-        let number = self.number[self.root[vertex] as usize];
-        (self.named[vertex] && number != CLOSED).then_some(number)
+    fn of(&self, vertex: u32) -> Option<u32> {
+        let number = self.number[self.roots[vertex as usize] as usize];
+        (self.named[vertex as usize] && number != CLOSED).then_some(number)
     }
 
     /// Where to put what belongs to `vertex`.
-    fn part<'p>(&self, vertex: usize, open: &'p mut [OpenPart], closed: &'p mut Part) -> &'p mut Part {
+    fn part<'p>(&self, vertex: u32, open: &'p mut [OpenPart], closed: &'p mut Part) -> &'p mut Part {
         match self.of(vertex) {
             Some(component) => &mut open[component as usize].part,
             None => closed,

@@ -23,6 +23,7 @@ mod graph;
 mod group;
 mod lines;
 mod open;
+mod places;
 mod prune;
 mod set;
 mod shelf;

@@ -14,5 +14,5 @@ pub use classify::{Stop, Surroundings, on_boundary, stops, surroundings};
 pub use levels::Levels;
 pub use normals::{FaceGeometry, Noise, rounds};
 pub use paper::{Initial, Voters, omega, paper_stops, paper_votes};
-pub use refine::refine;
+pub use refine::{Noisy, refine};
 pub use tensor::{Token, Vote, first_votes, vote_again, votes, widen};

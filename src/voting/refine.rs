@@ -9,7 +9,7 @@
 use super::normals::{FaceGeometry, rounds, seen_from};
 use crate::config::method;
 use crate::math::{DEGREE, unit};
-use crate::mesh::{Beyond, TileMesh};
+use crate::mesh::{Beyond, HUB, TileMesh};
 use crate::partition::Scale;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -19,35 +19,44 @@ use std::ops::Range;
 /// Faces handled by one parallel task.
 const CHUNK: usize = 4096;
 
-/// Refines the normals: face `f` takes part in its first `needed[f]` rounds. `s0[f]` must be known where that is not 0.
-pub fn refine(
-    mesh: &TileMesh,
-    faces: &FaceGeometry,
-    scale: &Scale,
-    s0: &[Option<f64>],
-    needed: &[u32],
-) -> Vec<DVec3> {
-    let both = faces.normals.par_iter().zip(&faces.areas);
-    let mut voters: Vec<Voter> = both.map(|(&normal, &area)| Voter { normal, area }).collect();
+/// What is refined. It is used up: the rounds take more memory than any other step.
+#[derive(Clone, Debug, Default)]
+pub struct Noisy {
+    /// Normal of each face.
+    pub normals: Vec<DVec3>,
+    /// Noise level of each face, where it is known.
+    pub s0: Vec<Option<f64>>,
+    /// How many rounds each face takes part in, the first ones. Where that is not 0, the noise level must be known.
+    pub needed: Vec<u32>,
+}
+
+/// Refines the normals.
+pub fn refine(mesh: &TileMesh, faces: &FaceGeometry, scale: &Scale, noisy: Noisy) -> Vec<DVec3> {
+    let Noisy { normals, s0, needed } = noisy;
+    let both = normals.into_par_iter().zip(&faces.areas);
+    let mut voters: Vec<Voter> = both.map(|(normal, &area)| Voter { normal, area }).collect();
     let mut chunks: Vec<Chunk> = (0..mesh.face_count() as u32)
         .into_par_iter()
         .step_by(CHUNK)
         .map(|first| {
             let end = (first as usize + CHUNK).min(mesh.face_count()) as u32;
-            Chunk::new(mesh, first..end, s0, needed)
+            Chunk::new(mesh, first..end, &s0, &needed)
         })
         .collect();
     let rounds = needed.par_iter().copied().max().unwrap_or(0);
+    // Only builds with debug assertions look at these again.
+    let (s0, needed) = if cfg!(debug_assertions) { (s0, needed) } else { Default::default() };
     for round in 0..rounds {
         chunks.par_iter_mut().for_each(|chunk| {
             debug_assert!(
-                chunk.is_ready(mesh, scale, s0, needed, round),
+                chunk.is_ready(mesh, scale, &s0, &needed, round),
                 "round {round}: a neighbour lies outside what the halo covers"
             );
             chunk.vote(&voters, faces, round);
         });
         voters.par_chunks_mut(CHUNK).zip(&chunks).for_each(|(voters, chunk)| chunk.write(voters));
     }
+    drop(chunks);
     voters.into_par_iter().map(|voter| voter.normal).collect()
 }
 
@@ -71,17 +80,22 @@ struct Chunk {
 
 /// A face that takes part in a round.
 struct Turn {
+    s0: f64,
     face: u32,
     /// Rounds that it takes part in.
-    rounds: u32,
-    s0: f64,
+    rounds: u16,
     /// Votes of the face itself: its corners that are no hubs.
-    own: u32,
-    /// Its voters: where they begin in the list, how many have two votes, and how many, behind these, have one.
-    list: u32,
+    own: u16,
+    /// Its voters, behind those of the turn before: how many have two votes, and how many, behind these, have one.
     two: u16,
     one: u16,
 }
+
+/// No face takes part in more rounds, and none has more voters than hubs leave it.
+const _: () = {
+    let widest = method::SIGMA_EDGES_RANGE.1 / method::SIGMA_EDGES;
+    assert!(method::REFINE_ROUNDS * widest * widest < u16::MAX as f64 && 3 * HUB < u16::MAX as usize);
+};
 
 impl Chunk {
     fn new(mesh: &TileMesh, faces: Range<u32>, s0: &[Option<f64>], needed: &[u32]) -> Chunk {
@@ -95,16 +109,16 @@ impl Chunk {
             let list = chunk.lists.len();
             let (own, two) = voters_of(mesh, face, &mut chunk.lists, &mut scratch);
             chunk.turns.push(Turn {
-                face,
-                rounds,
                 s0: s0[face as usize].unwrap_or(0.0),
-                own,
-                list: list as u32,
+                face,
+                rounds: rounds as u16,
+                own: own as u16,
                 two: two as u16,
                 one: (chunk.lists.len() - list - two) as u16,
             });
         }
         chunk.next.reserve_exact(chunk.turns.len());
+        chunk.lists.shrink_to_fit();
         chunk
     }
 
@@ -112,10 +126,12 @@ impl Chunk {
     fn vote(&mut self, voters: &[Voter], faces: &FaceGeometry, round: u32) {
         let Chunk { turns, lists, next, .. } = self;
         next.clear();
-        for turn in turns.iter().take_while(|turn| turn.rounds > round) {
+        let mut lists = lists.as_slice();
+        for turn in turns.iter().take_while(|turn| u32::from(turn.rounds) > round) {
             let width = range_width(turn.s0, round);
-            let around = &lists[turn.list as usize..][..usize::from(turn.two) + usize::from(turn.one)];
-            let (two, one) = around.split_at(usize::from(turn.two));
+            let (two, rest) = lists.split_at(usize::from(turn.two));
+            let (one, rest) = rest.split_at(usize::from(turn.one));
+            lists = rest;
             let own = voters[turn.face as usize];
             let opposed = faces.opposed_to(turn.face);
             let mut ballot = Ballot::new(own, f64::from(turn.own), width);
@@ -155,7 +171,7 @@ impl Chunk {
             let most = s0[g as usize].map_or(u32::MAX, |s0| rounds(scale, s0));
             needed[g as usize] >= most.min(round)
         };
-        self.turns.iter().take_while(|turn| turn.rounds > round).all(|turn| {
+        self.turns.iter().take_while(|turn| u32::from(turn.rounds) > round).all(|turn| {
             let corners = mesh.corners[turn.face as usize];
             let mut seen_through = corners.iter().filter(|&&v| !mesh.is_hub(v));
             seen_through.all(|&v| mesh.faces_of(v).iter().all(ready))

@@ -14,8 +14,8 @@ use crease::refine::{
     Evidence, Fit, Fitter, Link, Linker, Support, average_along, contrast, ridges, smooth, traceable,
 };
 use crease::voting::{
-    FaceGeometry, Noise, Stop, Surroundings, Token, Vote, first_votes, refine, rounds, stops, surroundings,
-    vote_again, votes, widen,
+    FaceGeometry, Noise, Noisy, Stop, Surroundings, Token, Vote, first_votes, refine, rounds, stops,
+    surroundings, vote_again, votes, widen,
 };
 use crease::{Params, Tiling};
 
@@ -45,6 +45,12 @@ pub struct Tile {
 }
 
 impl Tile {
+    /// What is refined.
+    fn noisy(&self) -> Noisy {
+        let normals = self.faces.normals.clone();
+        Noisy { normals, s0: self.noise.clone(), needed: self.needed.clone() }
+    }
+
     /// Loads `cell`, and more until nothing is missing. The first region is as small as can be and grows by the cubes that
     /// are missing alone, without their margins: what is loaded beyond the cell is what was asked for and no more, so that
     /// whatever was not asked for is not there by chance. `change` may spoil the reach.
@@ -70,7 +76,7 @@ impl Tile {
                 levels.iter().map(|s0| s0.map(|s0| rounds(&plan.scale, s0))).collect();
             let (needed, more) = round_demand(&loaded, plan, &demand.voted, &face_rounds, &reach);
             gaps.extend(more);
-            gaps.extend(noise_demand(&loaded, &demand.noisy(), |v| vertex_rounds[v as usize].is_some()));
+            gaps.extend(noise_demand(&loaded, &demand, |v| vertex_rounds[v as usize].is_some()));
             if gaps.is_empty() {
                 let vertex_rounds = vertex_rounds.into_iter().map(|k| k.unwrap_or(0)).collect();
                 return Tile { demand, faces, noise: levels, face_rounds, needed, vertex_rounds, mesh };
@@ -114,7 +120,7 @@ impl Steps {
     pub fn compute(tile: &Tile, plan: &Plan) -> Steps {
         let Tile { mesh, demand, vertex_rounds, .. } = tile;
         let scale = &plan.scale;
-        let normals = refine(mesh, &tile.faces, &plan.scale, &tile.noise, &tile.needed);
+        let normals = refine(mesh, &tile.faces, &plan.scale, tile.noisy());
         let tokens = first_votes(mesh, &tile.faces, &normals, scale, &demand.voted);
         let again = vote_again(mesh, &tokens, scale, &demand.voted);
         let mut votes = votes(mesh, &tokens, &again, &demand.voted);

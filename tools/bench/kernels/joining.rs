@@ -62,7 +62,7 @@ fn local(town: &Town, id: VertexId) -> u32 {
 fn fragments(town: &Town) -> Fragments {
     let Town { tile, steps, .. } = town;
     let mesh = &tile.mesh;
-    let named: BTreeSet<u32> = steps.links.iter().flat_map(|link| link.vertices.iter().copied()).collect();
+    let named: BTreeSet<u32> = steps.links.iter().flat_map(|link| link.vertices().iter().copied()).collect();
     let candidate = |v: u32| {
         let stop = steps.stops.get(v);
         Candidate {
@@ -81,7 +81,7 @@ fn fragments(town: &Town) -> Fragments {
     let path = |vertices: &[u32], weight| LinkPath::new(vertices.iter().map(|&v| mesh.id(v)), weight);
     Fragments {
         vertices: named.into_iter().map(candidate).collect(),
-        links: steps.links.iter().map(|link| path(&link.vertices, link.weight)).collect(),
+        links: steps.links.iter().map(|link| path(link.vertices(), link.weight)).collect(),
         largest_salience: steps.support.max_over(&tile.demand.owned, |s| s.salience),
         ..Fragments::default()
     }

@@ -2,7 +2,7 @@
 
 use super::Group;
 use super::town::Town;
-use crease::voting::{first_votes, refine, stops, surroundings, vote_again, votes, widen};
+use crease::voting::{Noisy, first_votes, refine, stops, surroundings, vote_again, votes, widen};
 use criterion::BatchSize;
 use std::hint::black_box;
 
@@ -10,14 +10,19 @@ use std::hint::black_box;
 pub fn benches(group: &mut Group, town: &Town) {
     let (tile, steps, scale) = (&town.tile, &town.steps, &town.plan.scale);
     let (mesh, demand) = (&tile.mesh, &tile.demand);
+    let noisy = |needed: &[u32]| {
+        let normals = tile.faces.normals.clone();
+        Noisy { normals, s0: tile.noise.clone(), needed: needed.to_vec() }
+    };
+    let refined = |noisy: Noisy| refine(mesh, &tile.faces, scale, noisy);
     group.bench_function("refine", |b| {
-        b.iter(|| refine(mesh, &tile.faces, scale, &tile.noise, &tile.needed));
+        b.iter_batched(|| noisy(&tile.needed), refined, BatchSize::PerIteration);
     });
     // The difference of these two is one round of all faces.
     for rounds in [1, 2] {
         let needed = vec![rounds; mesh.face_count()];
         group.bench_function(format!("refine {rounds}"), |b| {
-            b.iter(|| refine(mesh, &tile.faces, scale, &tile.noise, &needed));
+            b.iter_batched(|| noisy(&needed), refined, BatchSize::PerIteration);
         });
     }
     group.bench_function("tensors", |b| {
