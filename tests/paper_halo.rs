@@ -128,7 +128,7 @@ impl Whole {
 
 /// Links by global ids, with the bits of their weights.
 fn named(tile: &PaperTile, steps: &PaperSteps) -> BTreeSet<(Vec<VertexId>, u64)> {
-    let name = |l: &Link| (l.vertices.iter().map(|&v| tile.mesh.id(v)).collect(), l.weight.to_bits());
+    let name = |l: &Link| (l.vertices().iter().map(|&v| tile.mesh.id(v)).collect(), l.weight.to_bits());
     steps.links.iter().map(name).collect()
 }
 
