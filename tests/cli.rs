@@ -321,7 +321,7 @@ fn diff_finds_a_changed_byte() {
 #[test]
 fn info_describes_the_file_and_the_plan() {
     let place = Place::new().with("meshes/city.ply").with("meshes/polygons.ply");
-    let (out, _) = place.does("info city.ply --tile-faces 2000");
+    let (out, _) = place.does("info city.ply --tile-faces 2000 --threads 3");
     for part in [
         "binary_little_endian",
         "9,640 triangles",

@@ -373,7 +373,7 @@ fn memory_and_threads_may_change() {
 fn pieces_of_a_cell_are_done_when_all_of_them_are() {
     let case = Case::new(|path| pleats(path, 200), "--tile-faces 25000");
     case.killed_at("record-written:1");
-    let little = "--memory 28MiB";
+    let little = "--memory 26MiB";
     let output =
         case.command_with(little).env("CREASE_KILL_AT", "record-written:2").output().expect("started");
     assert_eq!(output.status.signal(), Some(9), "{}", said(&output));

@@ -7,8 +7,8 @@ use rayon::prelude::*;
 const ROWS: usize = 4096;
 /// Items whose rows are looked at together.
 const ITEMS: usize = 4096;
-/// Tasks at most that share the rows when items are counted: where items have no order, each of them looks at all.
-const TASKS: usize = 8;
+/// Tasks that share the rows when items are counted. Few: where items have no order, each of them looks at all.
+const TASKS: usize = 4;
 
 /// Row i is `items[offsets[i]..offsets[i + 1]]`.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -37,8 +37,7 @@ impl Csr {
     /// each looks at those chunks of items that name one of its rows. Where items have some order that is its share of them.
     pub fn invert(rows: usize, triples: &[[u32; 3]]) -> Csr {
         let chunks: Vec<Chunk> = triples.par_chunks(ITEMS).enumerate().map(Chunk::new).collect();
-        let tasks = rayon::current_num_threads().min(TASKS);
-        let per_task = rows.div_ceil(tasks).max(ROWS);
+        let per_task = rows.div_ceil(TASKS).max(ROWS);
         let mut offsets = filled(rows + 1, 0u32);
         offsets[1..].par_chunks_mut(per_task).enumerate().for_each(|(task, counts)| {
             named(&chunks, task * per_task, counts.len(), |_, row| counts[row] += 1);

@@ -73,13 +73,17 @@ pub fn compute(
     let mut with = if asked.fields { tile.demand.owned.to_vec() } else { Vec::new() };
     mesh.sort_by_id(&mut with);
     let table = finding.table(tile, plan, &named, &with, asked.shortcuts);
-    // Planes are fitted where the tables or the lines will show them.
+    // Planes are fitted where the tables or the lines will show them; in the order of the tile, so that what is near comes
+    // one after the other.
     let fit = |candidates: &mut [&mut Candidate]| {
-        let at: Vec<u32> = candidates.par_iter().map(|c| mesh.local(c.id)).collect();
+        let mut at: Vec<(u32, u32)> =
+            candidates.par_iter().map(|c| mesh.local(c.id)).zip(0..candidates.len() as u32).collect();
+        at.par_sort_unstable();
+        let (at, order): (Vec<u32>, Vec<u32>) = at.into_iter().unzip();
         let fits = if table.is_made() { table.of(&at) } else { finding.fits(tile, plan, &at) };
-        for ((candidate, v), fit) in candidates.iter_mut().zip(at).zip(fits) {
-            candidate.class = finding.class(v, &fit);
-            candidate.fit = fit;
+        for ((v, i), fit) in at.into_iter().zip(order).zip(fits) {
+            candidates[i as usize].class = finding.class(v, &fit);
+            candidates[i as usize].fit = fit;
         }
     };
     let global = |l: &Link| LinkPath::new(l.vertices().iter().map(|&v| mesh.id(v)), l.weight);

@@ -22,11 +22,11 @@ pub(in crate::cli) struct WorkArgs {
     memory: Option<u64>,
 
     /// Faces of a tile, the piece of the mesh that is worked on at a time. Default: as many as the memory allows, and no more
-    /// than 4000000.
+    /// than 16000000.
     #[arg(long, value_name = "N", help_heading = HOW, value_parser = clap::value_parser!(u64).range(1..))]
     tile_faces: Option<u64>,
 
-    /// Work on the whole mesh at once: fastest if it fits into memory (about 350 bytes for each face).
+    /// Work on the whole mesh at once: fastest if it fits into memory (about 320 bytes for each face).
     #[arg(long, help_heading = HOW, conflicts_with = "tile_faces")]
     in_core: bool,
 
