@@ -36,6 +36,8 @@ const FEW: usize = 1 << 12;
 /// Vertices and faces whose numbers differ by less are near each other: what is known of so many fits into the cache of a
 /// core.
 const NEAR: u32 = 1 << 13;
+/// Faces handled by one parallel task.
+const CHUNK: usize = 4096;
 /// The order is kept if at most one corner in so many is far from what it belongs to.
 const RARE: usize = 8;
 
@@ -57,23 +59,29 @@ fn is_coherent(vertices: usize, corners: &[[u32; 3]]) -> bool {
         return true;
     }
     let first: Vec<AtomicU32> = (0..vertices).into_par_iter().map(|_| AtomicU32::new(u32::MAX)).collect();
-    let faces = || corners.par_iter().zip(0..corners.len() as u32);
-    faces().for_each(|(face, f)| {
-        for first in face.map(|v| &first[v as usize]) {
-            // Where there is some order, it was one of the last faces, and nothing has to be written.
-            if first.load(Relaxed) > f {
-                first.fetch_min(f, Relaxed);
+    let chunks = || corners.par_chunks(CHUNK).zip((0..corners.len() as u32).into_par_iter().step_by(CHUNK));
+    chunks().for_each(|(faces, f)| {
+        for (face, f) in faces.iter().zip(f..) {
+            for first in face.map(|v| &first[v as usize]) {
+                // Where there is some order, it was one of the last faces, and nothing has to be written.
+                if first.load(Relaxed) > f {
+                    first.fetch_min(f, Relaxed);
+                }
             }
         }
     });
-    let far = (0..3).map(|corner| {
-        let is_far = |(face, f): &(&[u32; 3], u32)| {
-            let v = face[corner];
-            f - first[v as usize].load(Relaxed) > NEAR || v.abs_diff(face[0]) > NEAR
-        };
-        faces().filter(is_far).count()
-    });
-    RARE * far.sum::<usize>() <= 3 * corners.len()
+    let far_of_chunk = |(faces, f): (&[[u32; 3]], u32)| {
+        let mut far = 0;
+        for (face, f) in faces.iter().zip(f..) {
+            for &v in face {
+                let before = f - first[v as usize].load(Relaxed);
+                far += usize::from((before > NEAR) | (v.abs_diff(face[0]) > NEAR));
+            }
+        }
+        far
+    };
+    let far: Vec<usize> = chunks().map(far_of_chunk).collect();
+    RARE * far.into_iter().sum::<usize>() <= 3 * corners.len()
 }
 
 /// Vertices along a curve, faces by the first of their corners on it.
