@@ -2,8 +2,8 @@
 //!
 //! A *global* id is the position of an element in the input file; it is 64 bits wide, because more than 2^32 faces
 //! is a normal input, and it is what results are ordered, joined and tie-broken by. Inside a tile elements are
-//! addressed by `u32` *local* indices that ascend in the same order as the global ids, so "lower local index" and
-//! "lower global id" are the same tie-break.
+//! addressed by `u32` *local* indices, which follow the global ids or a curve through space: they say what is near, and
+//! nothing else. Ties are broken by global ids, never by them.
 
 use serde::{Deserialize, Serialize};
 use std::fmt;

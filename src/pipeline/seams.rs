@@ -16,7 +16,7 @@ use rayon::prelude::*;
 /// a trace of where links end.
 const _: () = assert!(method::LINK_STEPS <= method::TRACE_STEPS);
 
-/// The seams among `named` (local indices, ascending).
+/// The seams among `named` (local indices, by ascending ids).
 pub fn seams(tile: &Certified, plan: &Plan, named: &[u32]) -> Vec<Seam> {
     if tile.cell.is_everything() {
         return Vec::new();
